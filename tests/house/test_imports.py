@@ -1,0 +1,62 @@
+"""Imports run one way: kernels <- systems, environment <- simulation <- runner <- cli; observers see frames only."""
+
+import ast
+import sys
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+DEVICE = "launch population environment integrators systems"  # what owns arrays
+SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (the version) is open to all
+    "kernels": "",
+    "scene": "",
+    "files": "",
+    "launch": "kernels",
+    "population": "kernels launch",
+    "environment": "kernels scene launch population",
+    "integrators": "kernels scene launch population environment",
+    "systems": "kernels scene launch population environment integrators frame",
+    "frame": "kernels launch population",
+    "simulation": f"kernels scene frame {DEVICE}",
+    "observers": "frame files",
+    "runner": "scene simulation frame observers files",
+    "cli": "scene simulation frame observers files runner launch",
+    "__main__": "cli",
+    "__init__": "scene simulation frame",
+}
+OUTSIDE = {"kernels": {"warp"}, "scene": {"pydantic", "pydantic_core", "yaml"}}  # rooms that choose their company
+FILES = [*ROOT.glob("kernels/*.py"), *ROOT.glob("warpsim/**/*.py")]
+
+
+def room(path: Path) -> str:
+    """Name of the room a file stands in."""
+    return "kernels" if path.is_relative_to(ROOT / "kernels") else path.relative_to(ROOT / "warpsim").parts[0].removesuffix(".py")
+
+
+@cache
+def imported(path: Path) -> frozenset[str]:
+    """Dotted names of everything the file imports, wherever in it the import stands."""
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.level, f"{path}:{node.lineno}: write the import with its full name"
+            names |= {f"{node.module}.{alias.name}" for alias in node.names}
+    return frozenset(names)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_imports_run_one_way(path):
+    rooms = {name.split(".")[1] for name in imported(path) if name.startswith("warpsim.")} - {"__version__"}
+    backwards = rooms - {room(path), *SEES[room(path)].split()}
+    assert not backwards, f"{room(path)} must not import {sorted(backwards)}"
+
+
+@pytest.mark.parametrize("path", [p for p in FILES if room(p) in OUTSIDE], ids=lambda path: str(path.relative_to(ROOT)))
+def test_rooms_that_choose_their_company(path):
+    packages = {name.split(".")[0] for name in imported(path)} - {"warpsim", "__future__"}
+    strangers = packages - OUTSIDE[room(path)] - (sys.stdlib_module_names if room(path) != "kernels" else set())
+    assert not strangers, f"{room(path)} must not import {sorted(strangers)}"

@@ -1,0 +1,116 @@
+"""The rules of kernels/, checked by machine; CONTRIBUTING.md says what they are for."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+KERNELS = Path(__file__).resolve().parents[2] / "kernels"
+TREES = {path: ast.parse(path.read_text()) for path in sorted(KERNELS.glob("*.py"))}
+DEVICE_DECORATORS = ("wp.func", "wp.kernel", "wp.func_native")
+HOST_WORK = {"launch", "zeros", "empty", "ones", "full", "array", "from_numpy", "copy", "clone", "synchronize", "to_torch"}
+FORMULA_FILES = ("flow", "forces", "integration")
+
+
+def decorator(node: ast.AST) -> str:
+    """`wp.func`, `wp.kernel` or `wp.func_native` when the function is device code, else nothing."""
+    names = [ast.unparse(d.func if isinstance(d, ast.Call) else d) for d in getattr(node, "decorator_list", [])]
+    return next((name for name in names if name in DEVICE_DECORATORS), "")
+
+
+DEVICE = [(path, node) for path, tree in TREES.items() for node in ast.walk(tree) if decorator(node)]
+CASES = [pytest.param(path, node, id=f"{path.stem}.{node.name}") for path, node in DEVICE]
+SIGNATURES = {node.name: [a.arg for a in node.args.args] for _, node in DEVICE}
+each_module = pytest.mark.parametrize("path", TREES, ids=lambda path: path.stem)
+each_function = pytest.mark.parametrize(("path", "node"), CASES)
+
+
+def is_marked(argument: str) -> bool:
+    return argument.endswith(("_out", "_inout"))
+
+
+def owner(node: ast.AST) -> str | None:
+    """The name at the root of `name`, `name.member`, `name.member[i]`."""
+    while isinstance(node, ast.Attribute | ast.Subscript):
+        node = node.value
+    return node.id if isinstance(node, ast.Name) else None
+
+
+def written_names(function: ast.FunctionDef):
+    """Roots of everything stored to: by subscript or member, by wp.atomic_*, or by a function of ours that marks its argument."""
+    for node in ast.walk(function):
+        targets = node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AugAssign) else []
+        yield from (owner(t) for t in targets if any(isinstance(part, ast.Subscript) for part in ast.walk(t)))
+        if isinstance(node, ast.Call):
+            called = ast.unparse(node.func)
+            if called.startswith("wp.atomic_"):
+                yield owner(node.args[0])
+            for argument, passed in zip(SIGNATURES.get(called.split(".")[-1], []), node.args, strict=False):
+                if is_marked(argument):
+                    yield owner(passed)
+
+
+def stub(function: ast.FunctionDef) -> bool:
+    """True for a native function whose body only documents it: what it writes is in the C++ text."""
+    return decorator(function) == "wp.func_native" and all(
+        isinstance(n, ast.Expr) and isinstance(n.value, ast.Constant) for n in function.body
+    )
+
+
+@each_module
+def test_kernel_module_imports_only_kernels_and_warp(path):
+    imports = [n for n in ast.walk(TREES[path]) if isinstance(n, ast.Import | ast.ImportFrom)]
+    names = {a.name for n in imports if isinstance(n, ast.Import) for a in n.names}
+    names |= {n.module for n in imports if isinstance(n, ast.ImportFrom)}
+    assert all(name == "warp" or name.split(".")[:2] == ["warpsim", "kernels"] for name in names), names
+
+
+@each_module
+def test_kernel_module_neither_launches_nor_allocates(path):
+    calls = {ast.unparse(n.func) for n in ast.walk(TREES[path]) if isinstance(n, ast.Call)}
+    assert not {c for c in calls if c.startswith("wp.") and c.split(".")[1] in HOST_WORK}
+    assert ast.get_docstring(TREES[path]), "say which phenomenon lives here, and its symbols"
+
+
+@each_function
+def test_kernel_function_is_small_and_says_what_it_computes(path, node):
+    assert ast.get_docstring(node), "say what it computes: formula, units, shapes"
+    assert "\n\n" not in ast.get_docstring(node), "one docstring line: longer reasons are comments where the line is"
+    assert all(a.annotation for a in node.args.args), "annotate every argument"
+    assert len(node.args.args) <= 12 and node.end_lineno - node.lineno < 60, "split it, or let a wp.struct travel"
+
+
+@each_function
+def test_kernel_function_marks_what_it_writes(path, node):
+    marked = {a.arg for a in node.args.args if is_marked(a.arg)}
+    written = set(written_names(node)) & {a.arg for a in node.args.args}
+    assert written == marked or (stub(node) and not written), f"written {sorted(written)} but marked {sorted(marked)}"
+
+
+@each_function
+def test_kernel_function_has_no_hidden_atomics(path, node):
+    added = [n.lineno for n in ast.walk(node) if isinstance(n, ast.AugAssign) and isinstance(n.target, ast.Subscript)]
+    assert not added, f"lines {added}: write a[i] = a[i] + x; Warp makes a[i] += x an atomic"
+
+
+@pytest.mark.parametrize(("path", "node"), [case for case in CASES if decorator(case.values[1]) == "wp.kernel"])
+def test_kernel_takes_a_range_or_a_part(path, node):
+    arguments = [a.arg for a in node.args.args]
+    threads = [n for n in ast.walk(node) if isinstance(n, ast.Call) and ast.unparse(n.func) == "wp.tid"]
+    sums = [ast.unparse(n.left) for n in ast.walk(node) if isinstance(n, ast.BinOp) and n.right in threads]
+    assert all(left == arguments[0] for left in sums) and len(sums) == len(threads), "the element is first + wp.tid()"
+    assert not threads or arguments[0] == "first" or arguments[:2] == ["part", "part_count"]
+
+
+@pytest.mark.parametrize(("path", "node"), [c for c in CASES if c.values[0].stem in FORMULA_FILES and decorator(c.values[1]) == "wp.func"])
+def test_formula_names_its_source(path, node):
+    text = ast.get_docstring(node) or ""
+    assert "=" not in text or "Source:" in text, "a docstring that states a formula says where it is from"
+
+
+def test_the_rules_see_what_they_forbid():
+    """A rule that cannot fail protects nothing."""
+    bad = ast.parse("def f(i: int, x: int, p_out: int):\n    x.age[i] += 1.0\n    wp.atomic_add(p, i, 1)").body[0]
+    assert set(written_names(bad)) == {"x", "p"}
+    native = ast.parse("@wp.func_native(snippet(TEXT))\ndef f(a_inout: int): ...").body[0]
+    assert decorator(native) == "wp.func_native" and stub(native)
