@@ -1,0 +1,95 @@
+"""One page at the other end of a websocket: what it is owed, and the pump that sends it."""
+
+import asyncio
+from collections import deque
+
+from tornado.iostream import StreamClosedError
+from tornado.websocket import WebSocketClosedError, WebSocketHandler
+
+from warpsim.observers.viewer.pages import LocalRequest
+from warpsim.observers.viewer.protocol import read_reply
+
+# Frames on their way to a page at once: one being drawn, one arriving.  More would only be lag.
+CREDIT = 2
+_POLICY_VIOLATION = 1008
+
+
+class Client(LocalRequest, WebSocketHandler):
+    """A page that watches.  It gets the stage after its hello, then always the latest frame, as fast as it draws.
+
+    All of it runs on the hub's loop.  At most one message waits in the socket of a page that does not read.
+    """
+
+    def initialize(self, hub) -> None:
+        self.hub = hub
+        self.wake = asyncio.Event()
+        self.greeted = False
+        self.writing = True  # until the stage is set
+        self.sent = 0
+        self.unanswered: deque[int] = deque()
+        self.heard = 0.0
+
+    def check_origin(self, origin: str) -> bool:
+        return True  # LocalRequest.prepare has looked at it, and at Host
+
+    def open(self) -> None:
+        self.set_nodelay(True)
+        self.stream = self.ws_connection.stream
+        self.heard = asyncio.get_running_loop().time()
+        self.hub.enter(self)
+        self.pump = asyncio.ensure_future(self._pump())
+
+    def on_close(self) -> None:
+        self.hub.leave(self)
+        self.pump.cancel()
+
+    def on_message(self, message: str | bytes) -> None:
+        """Take a hello or an ack; whoever says anything else is no page of ours and is shown out."""
+        try:
+            number = read_reply(message)
+            if number is not None and number not in self.unanswered:
+                raise ValueError("no such frame on its way")
+        except ValueError as mistake:
+            self.close(_POLICY_VIOLATION, str(mistake)[:100])
+            return
+        self.heard = asyncio.get_running_loop().time()
+        if number is None:
+            self.greeted = True
+        else:
+            # A page that drew frame n has done with all frames before it.
+            while self.unanswered and self.unanswered[0] != number:
+                self.unanswered.popleft()
+            self.unanswered.popleft()
+        self.wake.set()
+        self.hub.take_stock()
+
+    def hungry(self) -> bool:
+        """Whether a frame newer than the hub's latest would be sent at once."""
+        return self.greeted and not self.writing and len(self.unanswered) < CREDIT and self.sent == self.hub.number
+
+    async def _pump(self) -> None:
+        try:
+            while not self.greeted:
+                await self._rest()
+            for command in self.hub.stage:
+                await self.write_message(command, binary=True)
+            self.writing = False
+            while True:
+                if self.sent != self.hub.number and len(self.unanswered) < CREDIT:
+                    await self._send_latest()
+                else:
+                    self.hub.take_stock()
+                    await self._rest()
+        except (WebSocketClosedError, StreamClosedError):
+            self.hub.leave(self)
+
+    async def _rest(self) -> None:
+        await self.wake.wait()
+        self.wake.clear()
+
+    async def _send_latest(self) -> None:
+        self.sent, message = self.hub.latest
+        self.unanswered.append(self.sent)
+        self.writing = True
+        await self.write_message(message, binary=True)  # returns when the socket has taken it
+        self.writing = False

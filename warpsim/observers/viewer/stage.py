@@ -1,0 +1,55 @@
+"""What a page is told before the first frame: background, camera, one cloud of points per system, and how it looks."""
+
+from warpsim.observers.viewer.protocol import pack_command
+
+# Everything of ours hangs under one node, turned so that a scene whose y is up stands in Meshcat's scene, whose z is up.
+ROOT = "/warpsim"
+_Y_UP_TO_Z_UP = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+
+# Light that adds up needs the night; everything else reads best on paper.  Top and bottom color of a vertical gradient.
+_BACKGROUNDS = {
+    "night": ([0.020, 0.026, 0.043], [0.055, 0.050, 0.055]),
+    "day": ([0.78, 0.85, 0.92], [0.965, 0.960, 0.945]),
+}
+
+
+def stage_commands(scene) -> list[bytes]:
+    """Return the commands that set an empty page up for `scene`; sent again, they start the page afresh.
+
+    Reads the scene's name, camera and the look of each system.  System number n draws what comes in slot n.
+    """
+    looks = [(name, system.look) for name, system in scene.systems.items()]
+    sky = "night" if any(look.blend == "additive" for _, look in looks) or not looks else "day"
+    top, bottom = _BACKGROUNDS[sky]
+    commands = [
+        {"type": "delete", "path": ROOT},
+        {"type": "set_property", "path": "/Background", "property": "top_color", "value": top},
+        {"type": "set_property", "path": "/Background", "property": "bottom_color", "value": bottom},
+        {"type": "set_property", "path": "/Grid", "property": "visible", "value": False},
+        {"type": "set_property", "path": "/Axes", "property": "visible", "value": False},
+        {"type": "set_transform", "path": ROOT, "matrix": _Y_UP_TO_Z_UP},
+        {"type": "warpsim_scene", "name": str(scene.name), "sky": sky, "camera": _camera(scene.camera), "root": ROOT},
+    ]
+    for slot, (name, look) in enumerate(looks):
+        commands.append(
+            {
+                "type": "warpsim_cloud",
+                "slot": slot,
+                "name": name,
+                # The number keeps two paths apart whatever characters the names hold.
+                "path": f"{ROOT}/{slot + 1} {name}",
+                "shape": look.as_,
+                "blend": look.blend,
+            }
+        )
+    return [pack_command(command) for command in commands]
+
+
+def _camera(camera) -> dict | None:
+    if camera is None:
+        return None
+    return {
+        "eye": [float(x) for x in camera.eye],
+        "target": [float(x) for x in camera.target],
+        "field_of_view": float(camera.field_of_view),
+    }

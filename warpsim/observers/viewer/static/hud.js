@@ -1,0 +1,49 @@
+// The words on the picture: what runs, when it is, how many live, how fast it comes.  Names are set as text, never as HTML.
+"use strict";
+
+class Hud {
+  constructor(element) {
+    this.element = element;
+    this.rows = new Map();
+    this.arrivals = [];
+    this.told = 0;
+  }
+
+  set(scene) {
+    this.element.className = scene.sky;
+    this.element.textContent = "";
+    this.rows.clear();
+    this.row("name").textContent = scene.name;
+    document.title = `${scene.name} - warpsim`;
+  }
+
+  row(key, className = key) {
+    if (!this.rows.has(key)) {
+      const line = document.createElement("div");
+      line.className = className;
+      this.element.appendChild(line);
+      this.rows.set(key, line);
+    }
+    return this.rows.get(key);
+  }
+
+  // Words that change 60 times a second cannot be read: ten are enough.
+  frame(time, clouds) {
+    const now = performance.now();
+    this.arrivals.push(now);
+    while (now - this.arrivals[0] > 1000) this.arrivals.shift();
+    if (now - this.told < 100) return;
+    this.told = now;
+    this.row("state", "faint").textContent = "";
+    this.row("time").textContent = `${time.toFixed(2)} s`;
+    clouds.forEach((cloud, slot) => {
+      const drawn = cloud.count < cloud.live ? ` (${cloud.count.toLocaleString("en")} drawn)` : "";
+      this.row(`cloud ${slot}`, "").textContent = `${cloud.live.toLocaleString("en")} ${cloud.name}${drawn}`;
+    });
+    this.row("rate", "faint").textContent = `${this.arrivals.length} frames/s`;
+  }
+
+  say(words) {
+    this.row("state", "faint").textContent = words;
+  }
+}
