@@ -1,0 +1,167 @@
+"""Emitters: where, how many, how fast and how long-lived particles are born."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from warpsim.scene.base import (
+    LARGEST_COORDINATE,
+    Direction,
+    Name,
+    Number,
+    ShortSpec,
+    Spec,
+    Vec3,
+    WholeNumber,
+    form_by_key,
+    mistakes,
+    one_of_types,
+)
+from warpsim.scene.strengths import STRENGTH_KEYS, Formula, Keyframes, PositiveStrength, Sine, Strength
+
+Length = Annotated[Number, Field(gt=0.0, le=LARGEST_COORDINATE)]
+
+
+class EmitterShape(Spec):
+    """Where particles are born. A subclass registers itself by being defined in this file."""
+
+
+class Point(EmitterShape):
+    """All at one place."""
+
+    type: Literal["point"] = Field("point", description="Kind of shape.")
+    center: Vec3 = Field((0.0, 0.0, 0.0), description="The place [m].")
+
+
+class Segment(EmitterShape):
+    """Evenly along a straight line."""
+
+    type: Literal["segment"] = Field("segment", description="Kind of shape.")
+    start: Vec3 = Field(description="One end [m].")
+    end: Vec3 = Field(description="The other end [m].")
+
+
+class Disc(EmitterShape):
+    """Evenly over a flat disc, or along its rim."""
+
+    type: Literal["disc"] = Field("disc", description="Kind of shape.")
+    center: Vec3 = Field((0.0, 0.0, 0.0), description="Its center [m].")
+    normal: Direction = Field((0.0, 1.0, 0.0), description="Direction it faces, of any length [1].")
+    radius: Length = Field(description="Its radius [m].")
+    fill: Literal["volume", "surface"] = Field("volume", description="volume: over the disc; surface: along its rim.")
+
+
+class Sphere(EmitterShape):
+    """Evenly in a ball, or on its surface."""
+
+    type: Literal["sphere"] = Field("sphere", description="Kind of shape.")
+    center: Vec3 = Field((0.0, 0.0, 0.0), description="Its center [m].")
+    radius: Length = Field(description="Its radius [m].")
+    fill: Literal["volume", "surface"] = Field("volume", description="volume: in the ball; surface: on it.")
+
+
+class Box(EmitterShape):
+    """Evenly in a box along the axes, or on its surface."""
+
+    type: Literal["box"] = Field("box", description="Kind of shape.")
+    center: Vec3 = Field((0.0, 0.0, 0.0), description="Its center [m].")
+    size: tuple[Length, Length, Length] = Field(description="Full size along x, y and z [m].")
+    fill: Literal["volume", "surface"] = Field("volume", description="volume: in the box; surface: on it.")
+
+
+ShapeUnion = one_of_types(EmitterShape)
+
+
+class Distribution(ShortSpec):
+    """An initial value drawn anew for each particle. A bare number means that number for every particle."""
+
+    shorthand: ClassVar[str] = "mean"
+    mean: Annotated[Number, Field(ge=-LARGEST_COORDINATE, le=LARGEST_COORDINATE)] = Field(description="Mean value.")
+    spread: Number = Field(0.0, ge=0.0, le=LARGEST_COORDINATE, description="uniform: mean - spread to mean + spread; normal: standard deviation.")
+    law: Literal["uniform", "normal"] = Field("uniform", description="Law it is drawn from.")
+
+
+def _positive(value: Distribution) -> Distribution:
+    if value.mean <= 0.0:
+        raise mistakes([(("mean",), f"must be greater than 0, got {value.mean:g}")])
+    return value
+
+
+def _positive_throughout(value: Distribution) -> Distribution:
+    _positive(value)
+    if value.law == "uniform" and value.spread >= value.mean:
+        raise mistakes([(("spread",), f"must be less than the mean {value.mean:g}, so that every value is greater than 0")])
+    return value
+
+
+PositiveMean = Annotated[Distribution, AfterValidator(_positive)]
+PositiveDistribution = Annotated[Distribution, AfterValidator(_positive_throughout)]
+
+
+class Rate(ShortSpec):
+    """Births per second. Once per interval a random z is drawn and (mean + z spread) interval particles are born, evenly spread in time."""
+
+    shorthand: ClassVar[str] = "mean"
+    mean: PositiveStrength = Field(description="Mean births per second; below zero counts as zero [1/s].")
+    spread: PositiveStrength = Field(0.0, description="How far births per second stray from the mean [1/s].")
+    law: Literal["uniform", "scaled_uniform", "normal", "poisson"] = Field(
+        "uniform",
+        description="Law of z: uniform in [-1, 1] (the spread is the largest deviation); scaled_uniform and normal (the spread is the standard "
+        "deviation); poisson ignores the spread.",
+    )
+    interval: Annotated[Number, Field(gt=0.0, le=1e6)] | None = Field(None, description="Time for which one z holds; default one frame [s].")
+
+    @classmethod
+    def is_short(cls, value: Any) -> bool:
+        """A bare strength is the mean: a number, keyframes, a sine or an expression."""
+        if isinstance(value, Mapping):
+            return form_by_key(value, (*cls.model_fields, *STRENGTH_KEYS)) in STRENGTH_KEYS
+        return isinstance(value, (Keyframes, Sine, Formula)) or super().is_short(value)
+
+
+class Burst(Spec):
+    """Many births at one moment."""
+
+    count: WholeNumber = Field(ge=1, le=2**27, description="How many are born [1].")
+    at: Number = Field(0.0, ge=-1e7, le=1e7, description="When; before 0 it takes prewarm [s].")
+
+
+class Velocity(Spec):
+    """Velocity at birth: a speed along a random direction in a cone, uniform per solid angle."""
+
+    direction: Direction = Field((0.0, 1.0, 0.0), description="Middle of the cone, of any length [1].")
+    cone: Number = Field(0.0, ge=0.0, le=180.0, description="Half-angle of the cone; 180 is every direction [degrees].")
+    speed: Distribution = Field(description="Speed along that direction [m/s].")
+
+
+def _as_list(value: Any) -> Any:
+    return [value] if isinstance(value, (Mapping, Burst)) else value
+
+
+class Emitter(Spec):
+    """One place where particles are born. It needs a rate or a burst."""
+
+    name: Name | None = Field(None, description="Name for `--set systems.SYSTEM.emitters.NAME.…`.")
+    shape: ShapeUnion = Field(Point(), description="Where particles are born.")
+    rate: Rate | None = Field(None, description="Births per second, a strength or {mean, spread, law, interval} [1/s].")
+    burst: Annotated[tuple[Burst, ...], BeforeValidator(_as_list), Field(max_length=10_000)] = Field(
+        (), description="Births at one moment: {count, at} or a list of them."
+    )
+    velocity: Velocity | None = Field(None, description="Velocity at birth; absent: at rest.")
+    lifetime: PositiveMean = Field(Distribution(mean=5.0), description="Time from birth to death; drawn values are clipped to above 0 [s].")
+    mass: PositiveDistribution = Field(Distribution(mean=1e-3), description="Mass [kg].")
+    radius: PositiveDistribution = Field(Distribution(mean=1e-3), description="Radius, for drag by viscosity [m].")
+    start: Annotated[Number, Field(ge=-1e7, le=1e7)] | None = Field(None, description="When the rate starts; absent: from the beginning [s].")
+    stop: Annotated[Number, Field(ge=-1e7, le=1e7)] | None = Field(None, description="When the rate stops; absent: never [s].")
+
+    @model_validator(mode="after")
+    def _emits(self):
+        if self.rate is None and not self.burst:
+            raise mistakes([((), "an emitter needs a rate or a burst, else nothing is ever born")], depends=("rate", "burst"))
+        if self.start is not None and self.stop is not None and self.stop <= self.start:
+            raise mistakes([(("stop",), f"must come after start, {self.start:g} s")], depends=("start", "stop"))
+        return self
+
+
+__all__ = ["Burst", "Distribution", "Emitter", "EmitterShape", "Rate", "Strength", "Velocity"]

@@ -1,0 +1,114 @@
+"""Particle systems: mass points from emitters, with their solver, coupling to the flow, and look."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from warpsim.scene.base import Name, Number, Spec, Truth, WholeNumber, form_by_key, mistakes, one_of_forms, one_of_types
+from warpsim.scene.emitters import Emitter
+from warpsim.scene.look import Look
+
+Solver = Literal["euler", "drift_kick", "semi_implicit_euler", "verlet", "rk4"]
+TRACER_SOLVERS = ("euler", "rk4")
+
+
+class Drag(Spec):
+    """Simplified drag F = alpha (v_flow - v)."""
+
+    alpha: Number = Field(ge=0.0, le=1e12, description="Drag coefficient [kg/s].")
+
+
+class StokesDrag(Spec):
+    """Stokes drag F = 6 pi viscosity radius (v_flow - v), with the radius of each particle."""
+
+    viscosity: Number = Field(ge=0.0, le=1e12, description="Dynamic viscosity of the fluid, 1.8e-5 for air [Pa s].")
+
+
+def _coupling_form(value: Any) -> str | None:
+    if isinstance(value, str):
+        return "tracer"
+    return form_by_key(value, ("alpha", "viscosity"))
+
+
+Coupling = one_of_forms({"tracer": Literal["tracer"], "alpha": Drag, "viscosity": StokesDrag}, _coupling_form)
+
+
+def _selection_form(value: Any) -> str | None:
+    if isinstance(value, bool):
+        return "all"
+    return "some" if isinstance(value, (list, tuple)) else None
+
+
+def _entry_form(value: Any) -> str | None:
+    if isinstance(value, str):
+        return "name"
+    return "index" if isinstance(value, int) and not isinstance(value, bool) else None
+
+
+Entry = one_of_forms({"name": Name, "index": Annotated[WholeNumber, Field(ge=0)]}, _entry_form)
+Selection = one_of_forms({"all": Truth, "some": tuple[Entry, ...]}, _selection_form)
+
+
+class Feels(Spec):
+    """Which parts of the environment act on a system: true, false, or the names (or numbers from 0) of those that do."""
+
+    gravity: Truth = Field(True, description="Whether gravity acts.")
+    flow: Selection = Field(True, description="Flow primitives that carry it: true, false, or a list of names or numbers.")
+    forces: Selection = Field(True, description="Forces that act: true, false, or a list of names or numbers.")
+
+
+class System(Spec):
+    """One population of mass points. A subclass registers itself by being defined before the scene is."""
+
+    substeps: Annotated[WholeNumber, Field(ge=1, le=10_000)] | None = Field(None, description="Steps per frame; absent: the scene's [1].")
+    feels: Feels = Field(Feels(), description="What acts on the system.")
+    look: Look = Field(Look(), description="How it is drawn.")
+
+
+class Particles(System):
+    """Particles that are born at emitters, move independently of each other, and die."""
+
+    type: Literal["particles"] = Field("particles", description="Kind of system.")
+    capacity: WholeNumber = Field(100_000, ge=1, le=2**27, description="Most particles alive at once; births beyond it are refused and counted [1].")
+    solver: Solver | None = Field(
+        None, description="Method of integration; absent: semi_implicit_euler, or rk4 for tracers (which take euler or rk4 only)."
+    )
+    coupling: Coupling | None = Field(
+        None, description="How the flow carries it: {alpha: kg/s}, {viscosity: Pa s}, or tracer (moves with the flow); absent: no effect."
+    )
+    motion: Literal["dynamic", "ballistic"] = Field(
+        "dynamic", description="dynamic: step by step; ballistic: in closed form under gravity alone, without forces, coupling and solver."
+    )
+    emitters: tuple[Emitter, ...] = Field((), max_length=1024, description="Where particles are born.")
+
+    @property
+    def method(self) -> str:
+        """The solver in effect."""
+        return self.solver or ("rk4" if self.coupling == "tracer" else "semi_implicit_euler")
+
+    @model_validator(mode="after")
+    def _parts_fit(self):
+        found = []
+        if self.motion == "ballistic":
+            for key in ("solver", "coupling"):
+                if getattr(self, key) is not None:
+                    found.append(((key,), f"motion: ballistic is computed in closed form and takes no {key} (leave it out, or take motion: dynamic)"))
+        elif self.coupling == "tracer" and self.solver not in (None, *TRACER_SOLVERS):
+            found.append((("solver",), f"a tracer has no velocity of its own: its solver is euler or rk4, not {self.solver}"))
+        found += repeated_names("emitters", self.emitters)
+        if found:
+            raise mistakes(found, depends=("motion", "solver", "coupling"))
+        return self
+
+
+def repeated_names(key: str, entries: tuple[Any, ...]) -> list[tuple[tuple[str | int, ...], str]]:
+    """Return a mistake for each entry whose name an earlier entry of the list has."""
+    first: dict[str, int] = {}
+    found = []
+    for k, entry in enumerate(entries):
+        if entry.name is not None and first.setdefault(entry.name, k) != k:
+            found.append(((key, k, "name"), f'the name "{entry.name}" is taken by {key}.{first[entry.name]}'))
+    return found
+
+
+SystemUnion = one_of_types(System)

@@ -1,0 +1,65 @@
+"""The scene: everything a user writes, validated and frozen."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from warpsim.scene.base import Name, Number, Spec, Vec3, WholeNumber, mistakes
+from warpsim.scene.camera import Camera
+from warpsim.scene.flow import FlowUnion
+from warpsim.scene.forces import ForceUnion
+from warpsim.scene.nearest import nearest
+from warpsim.scene.particles import Particles, SystemUnion, repeated_names
+from warpsim.scene.timing import Time
+
+
+class Limits(Spec):
+    """What a run may use, and what happens when it blows up."""
+
+    memory: Annotated[Number, Field(gt=0.0, le=1e6)] | None = Field(None, description="Most memory a run may take; absent: what is free [GiB].")
+    extent: Number = Field(1e6, gt=0.0, le=1e9, description="Distance from the origin beyond which a run counts as unstable [m].")
+    unstable: Literal["stop", "reset", "kill"] = Field(
+        "stop", description="When unstable: stop with the last good state; reset to frame 0; kill the particles concerned."
+    )
+
+
+class Scene(Spec):
+    """A scene: SI units throughout, y is up."""
+
+    name: str = Field(min_length=1, max_length=200, description="Title of the scene.")
+    description: str = Field("", max_length=10_000, description="What it shows.")
+    seed: WholeNumber = Field(0, ge=0, le=2**32 - 1, description="Start of all random numbers: same seed, same run [1].")
+    time: Time = Field(Time(), description="Frames, steps and duration.")
+    gravity: Vec3 = Field((0.0, -9.81, 0.0), description="Acceleration of gravity [m/s^2].")
+    flow: tuple[FlowUnion, ...] = Field((), max_length=4096, description="Flow primitives; their velocities add up.")
+    forces: tuple[ForceUnion, ...] = Field((), max_length=4096, description="Force fields; they add up.")
+    systems: dict[Name, SystemUnion] = Field({}, description="Systems by name; may be empty (a flow to look at and probe).")
+    camera: Camera | None = Field(None, description="Where the viewer looks from; absent: chosen to see everything.")
+    limits: Limits = Field(Limits(), description="What a run may use, and what happens when it blows up.")
+
+    @model_validator(mode="after")
+    def _names_agree(self):
+        found = repeated_names("flow", self.flow) + repeated_names("forces", self.forces)
+        for name, system in self.systems.items():
+            for key, entries in (("flow", self.flow), ("forces", self.forces)):
+                found += _unknown_entries(("systems", name, "feels", key), key, getattr(system.feels, key), entries)
+            if isinstance(system, Particles) and system.motion == "ballistic" and self.forces and system.feels.forces not in (False, ()):
+                at = ("systems", name, "motion")
+                found.append((at, "motion: ballistic knows gravity only, but the scene has forces (add feels: {forces: false} to ignore them)"))
+        if found:
+            raise mistakes(found, depends=("flow", "forces"))
+        return self
+
+
+def _unknown_entries(path: tuple[str, ...], key: str, selection, entries) -> list[tuple[tuple[str | int, ...], str]]:
+    """Return a mistake for each selected name or number that the list does not have."""
+    found = []
+    names = [entry.name for entry in entries if entry.name]
+    for k, wanted in enumerate(selection if isinstance(selection, tuple) else ()):
+        if isinstance(wanted, int) and wanted >= len(entries):
+            found.append(((*path, k), f"there is no {key}.{wanted}: the scene has {len(entries)}, counted from 0"))
+        elif isinstance(wanted, str) and wanted not in names:
+            guess = nearest(wanted, names)
+            hint = f"did you mean {guess}?" if guess else f"names in {key}: {', '.join(names)}" if names else f"no entry of {key} has a name"
+            found.append(((*path, k), f'there is no "{wanted}" in {key} ({hint})'))
+    return found
