@@ -1,0 +1,47 @@
+"""The command line: `python -m warpsim VERB`, one small module per verb. None imports Warp, NumPy or the viewer before it needs them."""
+
+import sys
+from typing import Annotated
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line (default: sys.argv) and return its exit code, see `warpsim.cli.outcome.Exit`."""
+    from warpsim.cli.outcome import exit_code_of
+
+    # Not typer's standalone mode: it would turn Ctrl-C into exit code 1. This way a verb's return value is the exit code.
+    return exit_code_of(lambda: _application()(args=arguments, prog_name="warpsim", standalone_mode=False))
+
+
+def _application():
+    """Return the typer application. Its help is plain text: rendering it with rich costs more than all the rest of `--help`."""
+    import typer
+
+    from warpsim.cli import doctor, info, list, new, run, schema, validate
+
+    app = typer.Typer(
+        add_completion=False, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False, context_settings=_HELP_OPTIONS
+    )
+
+    @app.callback(epilog="A scene is a YAML file or the name of a shipped scene (see `list`).  Try: warpsim run campfire")
+    def top(version: Annotated[bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")] = False):
+        """Procedural animation as text: particles in exact flow fields, on a GPU or on all CPU cores."""
+
+    app.command("run")(run.run)
+    app.command("list")(list.list_scenes)
+    app.command("info")(info.info)
+    app.command("new")(new.new)
+    app.command("validate")(validate.validate)
+    app.command("schema")(schema.schema)
+    app.command("doctor")(doctor.doctor)
+    return app
+
+
+_HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from warpsim import __version__
+
+        print(f"warpsim {__version__}")
+        sys.exit(0)

@@ -1,0 +1,1 @@
+"""Observers consume frames: they can never slow, stop or change a run."""

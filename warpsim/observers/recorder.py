@@ -1,0 +1,139 @@
+"""The recorder: a run folder in which every file is whole at every moment.
+
+scene.yaml         the resolved scene, under a header of comments that tells what made the run
+frames/NNNNNN.npz  per system NAME.position, NAME.velocity, … of the living particles, and index, time [s]
+frames.jsonl       one line per whole frame: its file, the file's SHA-256, live counts, state hash, and the chain of state hashes so far
+stats.csv          time [s] and per system live, born, refused, killed (counts), kinetic_energy [J]
+lastgood.npz       the last good state of a run that was interrupted or blew up
+log.txt            what the run said, with the date
+"""
+
+import csv
+import hashlib
+import io
+import json
+import re
+import time
+from pathlib import Path
+
+from warpsim.files import LineFile, sweep, whole_file, write_text
+
+HEADER = "# A warpsim run."  # first line of scene.yaml: by it a folder is known as a run folder
+FIELDS = ("position", "velocity", "id", "age", "lifetime", "mass", "radius")
+STATISTICS = ("live", "born", "refused", "killed", "kinetic_energy")
+
+
+class OccupiedFolder(Exception):
+    """The folder holds something that a new run must not harm; the text says what, and what to do."""
+
+
+class NonFiniteFrame(ArithmeticError):
+    """A frame holds a number that is not finite; it is not written."""
+
+
+class Recorder:
+    """Records frames into a run folder. Raises OccupiedFolder, or OSError with the file's name; what is written stays whole."""
+
+    def __init__(self, folder: Path, overwrite: bool = False):
+        self.folder = folder
+        prepare_folder(folder, overwrite)
+        self._index = self._table = self._log = None
+        self._early: list[str] = []  # what is said before the files are open
+        self._chain = ""
+
+    def begin(self, scene_text: str) -> None:
+        """Write scene.yaml, which makes the folder a run folder, and open the growing files."""
+        write_text(self.folder / "scene.yaml", f"{HEADER}\n{scene_text}")
+        (self.folder / "frames").mkdir(exist_ok=True)
+        self._index = LineFile(self.folder / "frames.jsonl")
+        self._table = LineFile(self.folder / "stats.csv")
+        self._log = LineFile(self.folder / "log.txt")
+        for line in self._early:
+            self._log.append(line)
+
+    def record(self, frame, statistics: dict[str, dict[str, float]], state_hash: str) -> None:
+        """Write one frame: its file first, then the lines that point to it, so that no line points to nothing."""
+        name = f"frames/{frame.index:06d}.npz"
+        digest = save_frame(self.folder / name, frame)
+        self._chain = chained(self._chain, state_hash)
+        entry = {"index": frame.index, "time": frame.time, "file": name, "sha256": digest}
+        entry["live"] = {system: int(numbers["live"]) for system, numbers in statistics.items()}
+        self._index.append(json.dumps(entry | {"state": state_hash, "chain": self._chain}))
+        self._append_statistics(frame, statistics)
+
+    def log(self, text: str) -> None:
+        """Append to log.txt, every line with the date and time of day (UTC)."""
+        moment = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+        for line in text.splitlines():
+            (self._log.append if self._log else self._early.append)(f"{moment} {line}")
+
+    def close(self) -> None:
+        """Close the growing files; everything is on the disk already."""
+        for file in filter(None, (self._index, self._table, self._log)):
+            file.close()
+
+    def _append_statistics(self, frame, statistics) -> None:
+        if not self._table.length:
+            self._table.append(_row(["index", "time", *(f"{name}.{key}" for name in statistics for key in STATISTICS)]))
+        numbers = [repr(numbers[key]) for numbers in statistics.values() for key in STATISTICS]
+        self._table.append(_row([frame.index, repr(frame.time), *numbers]))
+
+
+def save_frame(path: Path, frame) -> str:
+    """Write a frame as a whole npz file and return its SHA-256. Equal frames give equal bytes.
+
+    Arrays: NAME.position, NAME.velocity float32 (n, 3) [m, m/s], NAME.id uint64 (n,), NAME.age, .lifetime [s], .mass [kg], .radius [m]
+    float32 (n,) per system, and the scalars index and time [s]. Raises OSError, or NonFiniteFrame before anything is written.
+    """
+    import numpy as np
+
+    arrays = {f"{name}.{field}": getattr(frame[name], field) for name in frame for field in FIELDS}
+    for key, array in arrays.items():
+        if not np.isfinite(array).all():
+            raise NonFiniteFrame(f"frame {frame.index}: {key} holds a number that is not finite")
+    with whole_file(path) as file:
+        np.savez(file, index=np.int64(frame.index), time=np.float64(frame.time), **arrays)
+        file.seek(0)
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def chained(previous: str, state_hash: str) -> str:
+    """Return H(previous chain hash + state hash): two runs with one last chain hash went through the same states."""
+    return hashlib.sha256((previous + state_hash).encode()).hexdigest()
+
+
+def prepare_folder(folder: Path, overwrite: bool) -> None:
+    """Make the folder fit for a new run: new, empty, or (with overwrite) cleared of the run it holds and of nothing else.
+
+    The index goes first and the frames after it, so that no line ever points to a missing frame.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    if not any(path for path in folder.iterdir() if not path.name.endswith(".partial")):
+        sweep(folder)
+        return
+    if not _is_run(folder):
+        raise OccupiedFolder(f"{folder} is not empty and holds no run of warpsim: choose another folder")
+    if not overwrite:
+        raise OccupiedFolder(f"{folder} already holds a run: choose another folder, or say --overwrite to replace it")
+    for name in ("frames.jsonl", "stats.csv", "lastgood.npz", "log.txt"):
+        (folder / name).unlink(missing_ok=True)
+    frames = folder / "frames"
+    for path in frames.glob("*.npz") if frames.is_dir() else ():
+        if re.fullmatch(r"\d{6,}\.npz", path.name):
+            path.unlink()
+    for place in (folder, frames):
+        sweep(place)
+
+
+def _is_run(folder: Path) -> bool:
+    try:
+        with open(folder / "scene.yaml", encoding="utf-8") as file:
+            return file.readline().rstrip("\n") == HEADER
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+def _row(values: list) -> str:
+    line = io.StringIO()
+    csv.writer(line, lineterminator="").writerow(values)
+    return line.getvalue()
