@@ -1,0 +1,179 @@
+"""Birth: initial values of a particle from its emitter and ordinal alone, so that order, split and capacity cannot change them."""
+
+import warp as wp
+
+from warpsim.kernels.elementary import cos_turns, sin_turns
+from warpsim.kernels.emission import BORN, LIVE, NEXT_ID, NORMAL, Births, Distribution, Emitter, Particles, Plan, Segment
+from warpsim.kernels.planar import write3
+from warpsim.kernels.random import BULK, LIFE, POSITION, SIZE, VELOCITY
+from warpsim.kernels.random import normal, random_words, uniform, uniform_positive, uniform_signed
+
+SMALLEST_LIFETIME = wp.constant(1.0e-6)  # [s]: "lifetimes are clipped to > 0"
+SMALLEST_BULK = wp.constant(1.0e-12)  # [kg], [m]
+
+
+@wp.func(inline=True)
+def draw(d: Distribution, first: wp.uint32, second: wp.uint32) -> float:
+    """Return mean + spread·z, z uniform on [-1, 1) or standard normal."""
+    if d.law == NORMAL:
+        return d.mean + d.spread * normal(first, second)
+    return d.mean + d.spread * uniform_signed(first)
+
+
+@wp.func(inline=True)
+def isotropic(first: wp.uint32, second: wp.uint32) -> wp.vec3:
+    """Return a unit vector, uniform on the sphere.  Source: Archimedes' hat-box theorem."""
+    z = uniform_signed(first)
+    rho = wp.sqrt(wp.max(1.0 - z * z, 0.0))
+    return wp.vec3(rho * cos_turns(uniform(second)), rho * sin_turns(uniform(second)), z)
+
+
+@wp.func(inline=True)
+def born_point(emitter: Emitter, ordinal: wp.int64) -> wp.vec3:
+    """Return the center [m]."""
+    return emitter.center
+
+
+@wp.func(inline=True)
+def born_segment(emitter: Emitter, ordinal: wp.int64) -> wp.vec3:
+    """Return a point uniform on the segment from center − half to center + half [m]."""
+    return emitter.center + emitter.half * uniform_signed(random_words(emitter.key, ordinal, POSITION)[0])
+
+
+@wp.func(inline=True)
+def born_disc(emitter: Emitter, ordinal: wp.int64) -> wp.vec3:
+    """Return a point uniform on the disc, or on its rim [m]: r = R √u."""
+    words = random_words(emitter.key, ordinal, POSITION)
+    r = emitter.radius * wp.sqrt(wp.max(uniform(words[0]), float(emitter.surface)))
+    turn = uniform(words[1])
+    return emitter.center + emitter.tangent * (r * cos_turns(turn)) + emitter.bitangent * (r * sin_turns(turn))
+
+
+@wp.func(inline=True)
+def born_sphere(emitter: Emitter, ordinal: wp.int64) -> wp.vec3:
+    """Return a point uniform in the ball, or on its sphere [m]: the largest of three uniform numbers is distributed as r³."""
+    words = random_words(emitter.key, ordinal, POSITION)
+    radial = random_words(emitter.key, ordinal, BULK)
+    largest = wp.max(uniform(radial[0]), wp.max(uniform(radial[1]), uniform(radial[2])))
+    return emitter.center + isotropic(words[0], words[1]) * (emitter.radius * wp.max(largest, float(emitter.surface)))
+
+
+@wp.func(inline=True)
+def born_box(emitter: Emitter, ordinal: wp.int64) -> wp.vec3:
+    """Return a point uniform in the box, or on its six faces, chosen by area [m]."""
+    words = random_words(emitter.key, ordinal, POSITION)
+    p = wp.vec3(uniform_signed(words[0]), uniform_signed(words[1]), uniform_signed(words[2]))
+    if emitter.surface == 1:
+        h = emitter.half
+        pick = uniform(random_words(emitter.key, ordinal, BULK)[0]) * (h[1] * h[2] + h[2] * h[0] + h[0] * h[1])
+        on_x = pick < h[1] * h[2]
+        on_y = pick < h[1] * h[2] + h[2] * h[0]
+        x = wp.where(on_x, wp.where(p[0] < 0.0, -1.0, 1.0), p[0])
+        y = wp.where(on_y and not on_x, wp.where(p[1] < 0.0, -1.0, 1.0), p[1])
+        z = wp.where(on_y, p[2], wp.where(p[2] < 0.0, -1.0, 1.0))
+        p = wp.vec3(x, y, z)
+    return emitter.center + wp.cw_mul(emitter.half, p)
+
+
+SHAPES = {"point": born_point, "segment": born_segment, "disc": born_disc, "sphere": born_sphere, "box": born_box}
+
+
+@wp.func
+def born_position(emitter: Emitter, ordinal: wp.int64) -> wp.vec3:
+    """Return the center: no such shape."""
+    return emitter.center
+
+
+def with_shape(kind, formula, otherwise):
+    """Chain one more shape, as in flow.py."""
+
+    @wp.func(name="born_position")
+    def born_position(emitter: Emitter, ordinal: wp.int64) -> wp.vec3:
+        """Return where a particle is born [m]."""
+        if emitter.shape == kind:
+            return formula(emitter, ordinal)
+        return otherwise(emitter, ordinal)
+
+    return born_position
+
+
+for _kind, _formula in enumerate(SHAPES.values()):
+    born_position = with_shape(_kind, _formula, born_position)
+
+
+@wp.func(inline=True)
+def born_velocity(emitter: Emitter, ordinal: wp.int64) -> wp.vec3:
+    """Return a velocity in the emitter's cone, uniform per solid angle [m/s]: the cosine to its axis is uniform."""
+    words = random_words(emitter.key, ordinal, VELOCITY)
+    cosine = 1.0 - uniform(words[0]) * (1.0 - emitter.cone_cosine)
+    rho = wp.sqrt(wp.max(1.0 - cosine * cosine, 0.0))
+    turn = uniform(words[1])
+    d = emitter.direction * cosine + emitter.across * (rho * cos_turns(turn)) + emitter.beyond * (rho * sin_turns(turn))
+    return d * draw(emitter.speed, words[2], words[3])
+
+
+@wp.func(inline=True)
+def born_age(emitter: Emitter, ordinal: wp.int64, segment: Segment, j: int, frame_time: float) -> float:
+    """Return the age at the frame's end of birth j of the segment [s], within [0, frame_time]."""
+    jitter = uniform_positive(random_words(emitter.key, ordinal, POSITION)[3])
+    return wp.clamp(segment.age - segment.width * (float(j) + jitter), 0.0, frame_time)
+
+
+@wp.func(inline=True)
+def born_lifetime(emitter: Emitter, ordinal: wp.int64) -> float:
+    """Return a lifetime, clipped to > 0 [s]."""
+    words = random_words(emitter.key, ordinal, LIFE)
+    return wp.max(draw(emitter.lifetime, words[0], words[1]), SMALLEST_LIFETIME)
+
+
+@wp.func(inline=True)
+def born_mass(emitter: Emitter, ordinal: wp.int64) -> float:
+    """Return a mass, clipped to > 0 [kg]."""
+    words = random_words(emitter.key, ordinal, LIFE)
+    return wp.max(draw(emitter.mass, words[2], words[3]), SMALLEST_BULK)
+
+
+@wp.func(inline=True)
+def born_radius(emitter: Emitter, ordinal: wp.int64) -> float:
+    """Return a radius, clipped to > 0 [m]."""
+    words = random_words(emitter.key, ordinal, SIZE)
+    return wp.max(draw(emitter.extent, words[0], words[1]), SMALLEST_BULK)
+
+
+@wp.func
+def emit_particle(i: int, j: int, id: wp.int64, births: Births, segment: Segment, particles_out: Particles):
+    """Fill slot i with birth j of a segment."""
+    emitter = births.emitters[segment.emitter]
+    ordinal = segment.ordinal + wp.int64(j)
+    write3(particles_out.position, i, born_position(emitter, ordinal))
+    write3(particles_out.velocity, i, born_velocity(emitter, ordinal))
+    particles_out.birth_frame[i] = int(births.clock[0])
+    particles_out.birth_age[i] = born_age(emitter, ordinal, segment, j, float(wp.float64(1.0) / births.fps))
+    particles_out.lifetime[i] = born_lifetime(emitter, ordinal)
+    particles_out.mass[i] = born_mass(emitter, ordinal)
+    particles_out.radius[i] = born_radius(emitter, ordinal)
+    particles_out.id[0, i] = wp.uint32(id)
+    particles_out.id[1, i] = wp.uint32(id >> wp.int64(32))
+
+
+@wp.func
+def first_id(plan: Plan, counters: wp.array[wp.int64]) -> wp.int64:
+    """Return the running number of the frame's first birth."""
+    s = plan.segment_count[0]
+    total = int(0)
+    if s > 0:
+        total = plan.segments[s - 1].end
+    return counters[NEXT_ID] - wp.int64(total)
+
+
+@wp.kernel
+def emit_particles(first: int, births: Births, plan: Plan, counters: wp.array[wp.int64], particles_out: Particles):
+    """Fill the slots of this frame's births; launched over the capacity, the most that can be born."""
+    k = first + wp.tid()
+    if wp.int64(k) < counters[BORN]:
+        s = int(0)
+        while k >= plan.segments[s].end:
+            s = s + 1
+        i = int(counters[LIVE]) + k
+        id = first_id(plan, counters) + wp.int64(k)
+        emit_particle(i, k - plan.segments[s].begin, id, births, plan.segments[s], particles_out)

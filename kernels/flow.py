@@ -1,0 +1,129 @@
+"""Flow primitives as rows of a table, and their superposition [m/s].
+
+Symbols: x point [m], d vector from the center or axis to x [m], r = |d|, U velocity [m/s], V′ rate of a source [m²/s] or
+[m³/s], Γ circulation [m²/s], R core radius [m]. Each formula takes (primitive, x); the registry FLOWS at the end numbers them.
+"""
+
+import warp as wp
+
+from warpsim.kernels.elementary import mean_decay
+
+IDEAL, RANKINE, LAMB_OSEEN, SCULLY = range(4)
+CORES = {"ideal": IDEAL, "rankine": RANKINE, "lamb_oseen": LAMB_OSEEN, "scully": SCULLY}
+
+INVERSE_TWO_PI = wp.constant(0.15915494)
+INVERSE_FOUR_PI = wp.constant(0.079577472)
+SMALLEST_R2 = wp.constant(1.0e-12)  # [m²]: on an ideal singularity the formula stays finite
+
+
+@wp.struct
+class FlowPrimitive:
+    kind: int  # place in FLOWS
+    core: int  # IDEAL … SCULLY
+    center: wp.vec3  # [m]
+    axis: wp.vec3  # unit vector
+    direction: wp.vec3  # unit vector
+    core_radius: float  # [m]
+    signal: wp.vec3i  # rows of the signals that give the strength; -1: zero
+    strength: wp.vec3  # (U [m/s] | V′ | Γ | μ [m³/s] | ω [rad/s], …) at the time of the table
+
+
+@wp.func(inline=True)
+def from_axis(p: FlowPrimitive, x: wp.vec3) -> wp.vec3:
+    """Return the vector from the primitive's axis to x [m]."""
+    d = x - p.center
+    return d - p.axis * wp.dot(d, p.axis)
+
+
+@wp.func(inline=True)
+def sample_uniform(p: FlowPrimitive, x: wp.vec3) -> wp.vec3:
+    """Return v = U.  Source: linear flow, lecture."""
+    return p.strength
+
+
+@wp.func(inline=True)
+def sample_source(p: FlowPrimitive, x: wp.vec3) -> wp.vec3:
+    """Return v_r = V′/(2πr), a line source; V′ < 0 is a sink.  Source: Batchelor 1967, §2.5."""
+    d = from_axis(p, x)
+    return d * (p.strength[0] * INVERSE_TWO_PI / (wp.dot(d, d) + SMALLEST_R2))
+
+
+@wp.func(inline=True)
+def sample_point_source(p: FlowPrimitive, x: wp.vec3) -> wp.vec3:
+    """Return v_r = V′/(4πr²).  Source: Batchelor 1967, §2.5."""
+    d = x - p.center
+    r2 = wp.dot(d, d) + SMALLEST_R2
+    return d * (p.strength[0] * INVERSE_FOUR_PI / (r2 * wp.sqrt(r2)))
+
+
+@wp.func(inline=True)
+def sample_vortex(p: FlowPrimitive, x: wp.vec3) -> wp.vec3:
+    """Return v_θ = Γ/(2πr) g, g = 1 | min(1, r²/R²) | 1 − e^{−r²/R²} | r²/(r² + R²) by core.  Source: Saffman 1992; Scully 1975."""
+    d = from_axis(p, x)
+    r2 = wp.dot(d, d) + SMALLEST_R2
+    core2 = p.core_radius * p.core_radius
+    g = float(1.0)
+    if p.core == RANKINE:
+        g = wp.min(1.0, r2 / core2)
+    elif p.core == LAMB_OSEEN:
+        q = r2 / core2
+        g = q * mean_decay(q)
+    elif p.core == SCULLY:
+        g = r2 / (r2 + core2)
+    return wp.cross(p.axis, d) * (g * p.strength[0] * INVERSE_TWO_PI / r2)
+
+
+@wp.func(inline=True)
+def sample_doublet(p: FlowPrimitive, x: wp.vec3) -> wp.vec3:
+    """Return v = μ/r² (e − 2 (e·r̂) r̂) against a uniform U e: with μ = U R² no flow crosses r = R.  Source: Milne-Thomson 1968, §6.22."""
+    d = from_axis(p, x)
+    r2 = wp.dot(d, d) + SMALLEST_R2
+    return (p.direction - d * (2.0 * wp.dot(d, p.direction) / r2)) * (p.strength[0] / r2)
+
+
+@wp.func(inline=True)
+def sample_rotation(p: FlowPrimitive, x: wp.vec3) -> wp.vec3:
+    """Return v = ω × d, solid-body rotation.  Source: lecture."""
+    return wp.cross(p.axis, x - p.center) * p.strength[0]
+
+
+FLOWS = {
+    "uniform": sample_uniform,
+    "source": sample_source,
+    "point_source": sample_point_source,
+    "vortex": sample_vortex,
+    "doublet": sample_doublet,
+    "rotation": sample_rotation,
+}
+
+
+@wp.func
+def sample_primitive(p: FlowPrimitive, x: wp.vec3) -> wp.vec3:
+    """Return v = 0: no such kind."""
+    return wp.vec3()
+
+
+def with_case(kind, formula, otherwise):
+    """Chain one more kind: closures and not wp.static(table[k]), which Warp's hash of other modules misses."""
+
+    @wp.func(name="sample_primitive")
+    def sample_primitive(p: FlowPrimitive, x: wp.vec3) -> wp.vec3:
+        """Return the velocity of one primitive at x."""
+        if p.kind == kind:
+            return formula(p, x)
+        return otherwise(p, x)
+
+    return sample_primitive
+
+
+for _kind, _formula in enumerate(FLOWS.values()):
+    sample_primitive = with_case(_kind, _formula, sample_primitive)
+
+
+@wp.func
+def sample_flow(flow: wp.array2d[FlowPrimitive], node: int, x: wp.vec3) -> wp.vec3:
+    """Return the velocity of the superposition at x [m/s], by the table's row for one moment."""
+    v = wp.vec3()
+    for k in range(flow.shape[1]):
+        v = v + sample_primitive(flow[node, k], x)
+    return v

@@ -1,0 +1,122 @@
+"""Native loop shapes of the life cycle on the CPU: births, compaction in place, and the barrier between stages.
+
+As in loops.py: the Python body of each native function is the plain loop it stands for.
+"""
+
+import warp as wp
+
+from warpsim.kernels.birth import SHAPES, born_age, born_lifetime, born_mass, born_radius, born_velocity, emit_particle, first_id
+from warpsim.kernels.emission import ACTIVE, BORN, LIVE, Births, Particles, Plan
+from warpsim.kernels.loops import share, snippet
+
+EMIT = """
+    const int S = particles.position.shape[1];
+    float *P = particles.position.data, *V = particles.velocity.data;
+    const auto segment = plan.segments.data[s];
+    const auto emitter = births.emitters.data[segment.emitter];
+    const int frame = (int)births.clock.data[0];
+    const float frame_time = (float)(1.0 / births.fps);
+#define EACH(...) _Pragma("clang loop vectorize(assume_safety)") for (int n = begin; n < end; ++n) { \\
+        const int i = slot + n, j = n - segment.begin; const wp::int64 ordinal = segment.ordinal + (wp::int64)j; __VA_ARGS__ }
+#define PLACE(formula) EACH(const vec x = formula; for (int c = 0; c < 3; ++c) P[i + c * S] = x[c];)
+    switch (emitter.shape) { SHAPE_CASES }
+    EACH(const vec v = $born_velocity(emitter, ordinal); for (int c = 0; c < 3; ++c) V[i + c * S] = v[c];)
+    EACH(particles.birth_age.data[i] = $born_age(emitter, ordinal, segment, j, frame_time); particles.birth_frame.data[i] = frame;)
+    EACH(particles.lifetime.data[i] = $born_lifetime(emitter, ordinal); particles.mass.data[i] = $born_mass(emitter, ordinal);)
+    EACH(particles.radius.data[i] = $born_radius(emitter, ordinal);)
+    for (int n = begin; n < end; ++n) {
+        const wp::int64 number = id + (wp::int64)n;
+        particles.id.data[slot + n] = (wp::uint32)number;
+        particles.id.data[slot + n + S] = (wp::uint32)(number >> 32);
+    }
+#undef PLACE
+#undef EACH
+""".replace("SHAPE_CASES", " ".join(f"case {k}: PLACE(${f.func.__name__}(emitter, ordinal)) break;" for k, f in enumerate(SHAPES.values())))
+
+
+@wp.func_native(snippet(EMIT, *SHAPES.values(), born_velocity, born_age, born_lifetime, born_mass, born_radius))
+def emit_range(begin: int, end: int, s: int, slot: int, id: wp.int64, births: Births, plan: Plan, particles: Particles):
+    """Fill the slots of the frame's births begin … end − 1, all of segment s."""
+    for n in range(begin, end):
+        emit_particle(slot + n, n - plan.segments[s].begin, id + wp.int64(n), births, plan.segments[s], particles)
+
+
+@wp.kernel(enable_backward=False)
+def emit_particles(part: int, part_count: int, births: Births, plan: Plan, counters: wp.array[wp.int64], particles_out: Particles):
+    """Fill the slots of one part of this frame's births."""
+    cut = share(part + wp.tid(), part_count, int(counters[BORN]))
+    for s in range(plan.segment_count[0]):
+        begin = wp.max(cut[0], plan.segments[s].begin)
+        end = wp.min(cut[1], plan.segments[s].end)
+        if begin < end:
+            emit_range(begin, end, s, int(counters[LIVE]), first_id(plan, counters), births, plan, particles_out)
+
+
+COMPACT = """
+    const int* keep = alive.data;
+    int start = 0, w = 0;
+    while (start < active && keep[start]) ++start;  // nothing before the first dead one moves
+    w = start;
+    for (int row = begin; row < end; row += 4) {
+        wp::uint32* r[4];
+        for (int k = 0; k < 4; ++k) r[k] = slab.data + (size_t)slab.shape[1] * (row + k < end ? row + k : end - 1);
+        wp::uint32 *a = r[0], *b = r[1], *c = r[2], *d = r[3];
+        w = start;
+        for (int i = start; i < active; ++i) { a[w] = a[i]; b[w] = b[i]; c[w] = c[i]; d[w] = d[i]; w += keep[i]; }
+    }
+    if (begin == 0 && end > 0) counters.data[@LIVE@] = (wp::int64)w;
+"""
+
+
+@wp.func_native(snippet(COMPACT))
+def compact_rows(begin: int, end: int, active: int, alive: wp.array[int], counters: wp.array[wp.int64], slab: wp.array2d[wp.uint32]):
+    """Move the survivors of rows begin … end − 1 together, in order; the owner of row 0 counts them."""
+    for row in range(begin, end):
+        w = int(0)
+        for i in range(active):
+            slab[row, w] = slab[row, i]
+            w = w + alive[i]
+        if row == 0:
+            counters[LIVE] = wp.int64(w)
+
+
+@wp.kernel(enable_backward=False)
+def scatter_in_place(
+    part: int, part_count: int, alive: wp.array[int], counters_inout: wp.array[wp.int64], slab_inout: wp.array2d[wp.uint32]
+):
+    """Remove the expired: each core owns whole rows, so nothing races, and every row of the slab moves."""
+    rows = slab_inout.shape[0]
+    mine = part + wp.tid()
+    compact_rows(rows * mine // part_count, rows * (mine + 1) // part_count, int(counters_inout[ACTIVE]), alive, counters_inout, slab_inout)
+
+
+BARRIER = """
+    typedef void (*action)();  // int(*)() would meet Warp's macro int(x)
+    int *arrived = barrier.data, *round = arrived + 16, *abandoned = arrived + 32;  // a cache line each
+    const int now = __atomic_load_n(round, __ATOMIC_ACQUIRE);
+    if (__atomic_add_fetch(arrived, 1, __ATOMIC_ACQ_REL) == part_count) {
+        __atomic_store_n(arrived, 0, __ATOMIC_RELAXED);
+        __atomic_store_n(round, now + 1, __ATOMIC_RELEASE);
+        return;
+    }
+    for (int spin = 0; __atomic_load_n(round, __ATOMIC_ACQUIRE) == now && !__atomic_load_n(abandoned, __ATOMIC_RELAXED); ++spin) {
+        if (spin >= 1000 && give_way) { ((action)give_way)(); continue; }
+    #if defined(__x86_64__)
+        __builtin_ia32_pause();
+    #elif defined(__aarch64__)
+        __asm__ volatile("yield");
+    #endif
+    }
+"""
+
+
+@wp.func_native(snippet(BARRIER))
+def wait_for_all(part_count: int, give_way: wp.uint64, barrier: wp.array[int]):
+    """Spin, then yield to other threads by the function at the address `give_way`, until every part has arrived."""
+    ...
+
+
+@wp.kernel(enable_backward=False)
+def resolve_barrier(part_count: int, give_way: wp.uint64, barrier_inout: wp.array[int]):
+    """Wait for the other cores: a node of a captured graph."""
+    wait_for_all(part_count, give_way, barrier_inout)

@@ -1,0 +1,248 @@
+"""Native loop shapes for the CPU, beside the plain kernels whose bits they share.
+
+A snippet is only the loop; it calls the wp.func formulas, and the compiler vectorizes it (Warp's own loops of `goto`s never
+do). The Python body of a native function is the plain loop it stands for: Warp builds that too, so the formulas are emitted
+before the snippet and counted in the module's hash. No fast-math: IEEE arithmetic gives the same bits for every split, tail,
+vector width and for the plain kernels. Empty for CUDA. Measured in docs/adr/0003-native-loops.md.
+"""
+
+import warp as wp
+
+from warpsim.kernels.emission import ACTIVE, FAULT, KILLED, LIVE, Particles
+from warpsim.kernels.environment import KILL, Environment, drag_rate
+from warpsim.kernels.flow import FLOWS
+from warpsim.kernels.forces import FORCES
+from warpsim.kernels.integration import METHODS, Pace, advance_flight, ballistic_position, drift, gather_body, inside, kick, store_body
+from warpsim.kernels.lifetime import active_step, age_at
+
+BLOCK = 64  # particles that stay in the first-level cache through all substeps; a population's capacity is a multiple of it
+
+
+def snippet(text: str, *formulas) -> str:
+    """Put the formulas' generated C++ names and the counters' places into the text."""
+    for formula in formulas:
+        text = text.replace(f"${formula.func.__name__}(", f"{formula.native_func}(")
+    for name, place in {"FAULT": FAULT, "KILLED": KILLED, "LIVE": LIVE, "KILL": KILL, "BLOCK": BLOCK}.items():
+        text = text.replace(f"@{name}@", str(place))
+    return f"#if !defined(__CUDA_ARCH__)\n    typedef wp::vec_t<3, float> vec;{text}\n#endif\n"
+
+
+@wp.func
+def share(part: int, part_count: int, count: int) -> wp.vec2i:
+    """Return the elements [begin, end) of one core's part, cut between blocks."""
+    blocks = (count + BLOCK - 1) // BLOCK
+    return wp.vec2i(BLOCK * (blocks * part // part_count), wp.min(count, BLOCK * (blocks * (part + 1) // part_count)))
+
+
+def cases(formulas, macro):
+    """Write a switch over kinds, so that the kind is decided once per block and not per particle."""
+    return " ".join(f"case {kind}: {macro}(${f.func.__name__}(q, x)) break;" for kind, f in enumerate(formulas))
+
+
+PROLOGUE = """
+    constexpr int B = @BLOCK@;
+    const int S = particles.position.shape[1];
+    float *P = particles.position.data, *Q = particles.velocity.data;
+    float *birth_age = particles.birth_age.data, *L = particles.lifetime.data;
+    int *birth_frame = particles.birth_frame.data, *alive = particles.alive.data;
+    float X[3][B], V[3][B], U[3][B], A[3][B], X0[3][B], V0[3][B], DX[3][B], DV[3][B], H[B], K[B], W[B], age[B], life[B];
+    #define GET(F) vec(F[0][i], F[1][i], F[2][i])
+    #define PUT(F, value) { const vec r = value; F[0][i] = r[0]; F[1][i] = r[1]; F[2][i] = r[2]; }
+    #define EACH(...) for (int i = 0; i < B; ++i) { const float h = H[i], k = K[i]; __VA_ARGS__ }
+    #define FLOW(formula) for (int i = 0; i < B; ++i) { const vec x = GET(X), f = formula; for (int c = 0; c < 3; ++c) U[c][i] += f[c]; }
+    #define FORCE(formula) for (int i = 0; i < B; ++i) { const vec x = GET(X), f = formula; for (int c = 0; c < 3; ++c) A[c][i] += f[c] * W[i]; }
+    auto flow = [&](int moment) {
+        for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) U[c][i] = 0.0f;
+        for (int j = 0; j < environment.flow.shape[1]; ++j) {
+            const auto q = environment.flow.data[moment * environment.flow.shape[1] + j];
+            switch (q.kind) { FLOW_CASES }
+        }
+    };
+    auto force = [&](int moment) {
+        for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) A[c][i] = environment.gravity[c];
+        for (int j = 0; j < environment.forces.shape[1]; ++j) {
+            const auto q = environment.forces.data[moment * environment.forces.shape[1] + j];
+            switch (q.kind) { FORCE_CASES }
+        }
+    };
+    const vec still(0.0f, 0.0f, 0.0f);
+    for (int b = begin; b < end; b += B) {
+        for (int i = 0; i < B; ++i) {
+            for (int c = 0; c < 3; ++c) { X[c][i] = P[b + i + c * S]; V[c][i] = Q[b + i + c * S]; }
+            age[i] = $age_at(frame - 1, birth_frame[b + i], birth_age[b + i], pace.fps);
+            life[i] = L[b + i];
+            W[i] = 1.0f / particles.mass.data[b + i];
+            K[i] = $drag_rate(environment.alpha, environment.viscosity, particles.radius.data[b + i], W[i]);
+        }
+"""
+SUBSTEPS = """
+        for (int s = 0; s < pace.substep_count; ++s) {
+            for (int i = 0; i < B; ++i) H[i] = $active_step(age[i] + (float)s * pace.dt, pace.dt, life[i]);
+"""
+EPILOGUE = """
+        }
+        END
+        const int n = end - b < B ? end - b : B;  // dead slots are computed, never stored
+        int outside = 0;
+        for (int i = 0; i < n; ++i) {
+            for (int c = 0; c < 3; ++c) { P[b + i + c * S] = X[c][i]; Q[b + i + c * S] = V[c][i]; }
+            const int lives = $age_at(frame, birth_frame[b + i], birth_age[b + i], pace.fps) < life[i];
+            const int in = $inside(GET(X), GET(V), environment.extent);
+            outside += lives & (1 - in);
+            alive[b + i] = environment.policy == @KILL@ ? lives & in : lives;
+        }
+        if (outside && environment.policy == @KILL@) __atomic_fetch_add(counters.data + @KILLED@, (wp::int64)outside, __ATOMIC_RELAXED);
+        else if (outside) __atomic_store_n(counters.data + @FAULT@, (wp::int64)1, __ATOMIC_RELAXED);
+    }
+"""
+TEXTS = {  # by method: before the substeps, each substep, after them
+    "euler": (
+        "",
+        "flow(2 * s); force(2 * s); EACH(vec x = $drift(GET(X), GET(V), h); PUT(V, $kick(GET(V), GET(U), GET(A), k, h)) PUT(X, x))",
+        "",
+    ),
+    "drift_kick": (
+        "",
+        "EACH(PUT(X, $drift(GET(X), GET(V), h))) flow(2 * s + 2); force(2 * s + 2); EACH(PUT(V, $kick(GET(V), GET(U), GET(A), k, h)))",
+        "",
+    ),
+    "semi_implicit_euler": (
+        "",
+        "flow(2 * s); force(2 * s); EACH(PUT(V, $kick(GET(V), GET(U), GET(A), k, h)) PUT(X, $drift(GET(X), GET(V), h)))",
+        "",
+    ),
+    "verlet": (
+        "flow(0); force(0);",
+        """EACH(PUT(V, $kick(GET(V), GET(U), GET(A), k, 0.5f * h)) PUT(X, $drift(GET(X), GET(V), h)))
+            flow(2 * s + 2); force(2 * s + 2); EACH(PUT(V, $kick(GET(V), GET(U), GET(A), k, 0.5f * h)))""",
+        "",
+    ),
+    "rk4": (
+        "flow(0); force(0);",
+        """EACH(PUT(V, $kick(GET(V), GET(U), still, k, 0.5f * h)) PUT(X0, GET(X)) PUT(V0, GET(V)) PUT(DX, GET(V)) PUT(DV, GET(A))
+                 PUT(X, $drift(GET(X0), GET(V), 0.5f * h)) PUT(V, $drift(GET(V0), GET(A), 0.5f * h)))
+            for (int stage = 0; stage < 2; ++stage) {
+                force(2 * s + 1);
+                EACH(const float g = stage == 0 ? 0.5f * h : h;
+                     PUT(DX, $drift(GET(DX), GET(V), 2.0f)) PUT(DV, $drift(GET(DV), GET(A), 2.0f))
+                     PUT(X, $drift(GET(X0), GET(V), g)) PUT(V, $drift(GET(V0), GET(A), g)))
+            }
+            force(2 * s + 2);
+            EACH(PUT(X, $drift(GET(X0), $drift(GET(DX), GET(V), 1.0f), h / 6.0f))
+                 PUT(V, $drift(GET(V0), $drift(GET(DV), GET(A), 1.0f), h / 6.0f)))
+            flow(2 * s + 2); force(2 * s + 2); EACH(PUT(V, $kick(GET(V), GET(U), still, k, 0.5f * h)))""",
+        "",
+    ),
+    "tracer_euler": ("flow(0);", "EACH(PUT(X, $drift(GET(X), GET(U), h))) flow(2 * s + 2);", "EACH(PUT(V, GET(U)))"),
+    "tracer_rk4": (
+        "flow(0);",
+        """EACH(PUT(X0, GET(X)) PUT(DX, GET(U)) PUT(X, $drift(GET(X0), GET(U), 0.5f * h)))
+            for (int stage = 0; stage < 2; ++stage) {
+                flow(2 * s + 1);
+                EACH(PUT(DX, $drift(GET(DX), GET(U), 2.0f)) PUT(X, $drift(GET(X0), GET(U), stage == 0 ? 0.5f * h : h)))
+            }
+            flow(2 * s + 2); EACH(PUT(X, $drift(GET(X0), $drift(GET(DX), GET(U), 1.0f), h / 6.0f)))
+            flow(2 * s + 2);""",
+        "EACH(PUT(V, GET(U)))",
+    ),
+}
+MACROS = ("GET", "PUT", "EACH", "FLOW", "FORCE")
+FORMULAS = (*FLOWS.values(), *FORCES.values(), age_at, drag_rate, active_step, inside, kick, drift)
+
+
+def advance_text(name: str) -> str:
+    """Assemble the loop of one method."""
+    before, each, after = TEXTS[name]
+    text = PROLOGUE + before + SUBSTEPS + each + EPILOGUE.replace("END", after)
+    text = text.replace("FLOW_CASES", cases(FLOWS.values(), "FLOW")).replace("FORCE_CASES", cases(FORCES.values(), "FORCE"))
+    return snippet(text.replace("\n    #define", "\n#define"), *FORMULAS) + "".join(f"#undef {macro}\n" for macro in MACROS)
+
+
+def advance_loop(name, method):
+    """Make the native loop kernel of one method."""
+
+    @wp.func_native(advance_text(name))
+    def advance_range(
+        begin: int,
+        end: int,
+        frame: int,
+        pace: Pace,
+        environment: Environment,
+        particles: Particles,
+        counters: wp.array[wp.int64],
+    ):
+        for i in range(begin, end):
+            body = method(gather_body(i, frame, pace, environment, particles), pace, environment)
+            store_body(i, frame, body, pace, environment, particles, counters)
+
+    @wp.kernel(name=f"advance_{name}_loop", module=f"warpsim.kernels.loops.{name}", enable_backward=False)
+    def advance_particles(
+        part: int,
+        part_count: int,
+        pace: Pace,
+        clock: wp.array[wp.int64],
+        environment: wp.array[Environment],
+        particles_inout: Particles,
+        counters_inout: wp.array[wp.int64],
+    ):
+        """Advance one part of the active particles through the frame."""
+        cut = share(part + wp.tid(), part_count, int(counters_inout[ACTIVE]))
+        advance_range(cut[0], cut[1], int(clock[0]), pace, environment[0], particles_inout, counters_inout)
+
+    return advance_particles
+
+
+ADVANCE = {name: advance_loop(name, method) for name, method in METHODS.items()}
+
+FLIGHT = """
+    const int S = particles.position.shape[1];
+    const float *P = births.position.data, *Q = births.velocity.data, *L = births.lifetime.data, *birth_age = births.birth_age.data;
+    const int *birth_frame = births.birth_frame.data;
+    float *X = particles.position.data, *V = particles.velocity.data;
+    const vec g = environment.gravity;
+    int outside = 0;
+    #pragma clang loop vectorize(assume_safety)
+    for (int i = begin; i < end; ++i) {
+        const float age = $age_at(frame, birth_frame[i], birth_age[i], pace.fps), t = age < L[i] ? age : L[i];
+        const vec v0(Q[i], Q[i + S], Q[i + 2 * S]), x = $ballistic_position(vec(P[i], P[i + S], P[i + 2 * S]), v0, g, t);
+        const vec v = $drift(v0, g, t);
+        for (int c = 0; c < 3; ++c) { X[i + c * S] = x[c]; V[i + c * S] = v[c]; }
+        const int lives = age < L[i], in = $inside(x, v, environment.extent);
+        outside += lives & (1 - in);
+        particles.alive.data[i] = environment.policy == @KILL@ ? lives & in : lives;
+    }
+    if (outside && environment.policy == @KILL@) __atomic_fetch_add(counters.data + @KILLED@, (wp::int64)outside, __ATOMIC_RELAXED);
+    else if (outside) __atomic_store_n(counters.data + @FAULT@, (wp::int64)1, __ATOMIC_RELAXED);
+"""
+
+
+@wp.func_native(snippet(FLIGHT, age_at, ballistic_position, drift, inside))
+def fly_range(
+    begin: int,
+    end: int,
+    frame: int,
+    pace: Pace,
+    environment: Environment,
+    births: Particles,
+    particles: Particles,
+    counters: wp.array[wp.int64],
+):
+    """Place a range of particles on their arcs."""
+    for i in range(begin, end):
+        advance_flight(i, frame, pace, environment, births, particles, counters)
+
+
+@wp.kernel(enable_backward=False)
+def advance_ballistic(
+    part: int,
+    part_count: int,
+    pace: Pace,
+    clock: wp.array[wp.int64],
+    environment: wp.array[Environment],
+    births: Particles,
+    particles_out: Particles,
+    counters_inout: wp.array[wp.int64],
+):
+    """Place one part of the active particles on their arcs; position and velocity in `births` are those at birth."""
+    cut = share(part + wp.tid(), part_count, int(counters_inout[ACTIVE]))
+    fly_range(cut[0], cut[1], int(clock[0]), pace, environment[0], births, particles_out, counters_inout)

@@ -1,0 +1,149 @@
+"""Environment: what all systems of a scene share — gravity, flow, forces — as tables on the device, and the probes that read them."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import warp as wp
+
+from warpsim.kernels import expressions, flow, forces, signals
+from warpsim.kernels.environment import UNSTABLE_POLICIES, sample_moments
+from warpsim.kernels.environment import Environment as EnvironmentRow
+from warpsim.launch import Stage
+from warpsim.scene import Scene
+from warpsim.scene.strengths import Formula, Keyframes, Sine
+
+
+class SignalTable:
+    """Strengths that may vary in time, numbered as they are added; device arrays are made once, by `tables`."""
+
+    def __init__(self):
+        self._rows, self._knots, self._program = [], [], []
+
+    def add(self, strength) -> int:
+        """Append a strength of the scene and return its number."""
+        row = signals.Signal()
+        row.kind = signals.CONSTANT
+        if isinstance(strength, Keyframes):
+            row.kind, row.begin = signals.KEYFRAMES, len(self._knots)
+            self._knots += [wp.vec2d(*knot) for knot in strength.keyframes]
+            row.end = len(self._knots)
+        elif isinstance(strength, Sine):
+            wave = strength.sine
+            row.kind = signals.SINE
+            row.mean, row.amplitude, row.period, row.phase = wave.mean, wave.amplitude, wave.period, wave.phase
+        elif isinstance(strength, Formula):
+            row.kind, row.begin = signals.FORMULA, len(self._program)
+            self._program += [(expressions.OPERATIONS[name], operand) for name, operand in strength.program]
+            row.end = len(self._program)
+        else:
+            row.mean = strength
+        self._rows.append(row)
+        return len(self._rows) - 1
+
+    def tables(self, device: str) -> signals.Signals:
+        """Return the tables on the device."""
+        table = signals.Signals()
+        program = np.array(self._program, dtype=expressions.Instruction.numpy_dtype())
+        table.rows = wp.array(self._rows, dtype=signals.Signal, device=device)
+        table.knots = wp.array(self._knots, dtype=wp.vec2d, device=device)
+        table.program = wp.array(program, dtype=expressions.Instruction, device=device)
+        return table
+
+
+def unit(vector: Sequence[float]) -> wp.vec3:
+    """Return the vector's direction, worked out in float64."""
+    length = math.hypot(*vector)
+    return wp.vec3(*(component / length for component in vector))
+
+
+def across(axis: Sequence[float], vector: Sequence[float]) -> wp.vec3:
+    """Return the direction of the vector's part across the axis."""
+    a, v = np.array(axis, float), np.array(vector, float)
+    return unit(v - a * (a @ v) / (a @ a))
+
+
+def flow_row(spec, table: SignalTable) -> flow.FlowPrimitive:
+    """Make a primitive's row: its fields by their names, its strength as signals."""
+    row = flow.FlowPrimitive()
+    row.kind = list(flow.FLOWS).index(spec.type)
+    row.signal = strength_signals(getattr(spec, spec.strength_field), table)
+    row.core_radius = 1.0
+    if hasattr(spec, "center"):
+        row.center = wp.vec3(*spec.center)
+    if hasattr(spec, "axis"):
+        row.axis = unit(spec.axis)
+    if hasattr(spec, "direction"):
+        row.direction = across(spec.axis, spec.direction)
+    if hasattr(spec, "core"):
+        row.core, row.core_radius = flow.CORES[spec.core.model], spec.core.radius or 1.0
+    return row
+
+
+def force_row(spec, table: SignalTable) -> forces.ForceField:
+    """Make a force field's row."""
+    row = forces.ForceField()
+    row.kind = list(forces.FORCES).index(spec.type)
+    row.law, row.center, row.softening = forces.ATTRACTOR_LAWS[spec.law], wp.vec3(*spec.center), spec.softening
+    row.signal = strength_signals(spec.strength, table)
+    return row
+
+
+def strength_signals(strength, table: SignalTable) -> wp.vec3i:
+    """Add a strength, of one or three components, to the signals."""
+    components = strength if isinstance(strength, tuple) else (strength,)
+    return wp.vec3i(*[table.add(component) for component in components], *[-1] * (3 - len(components)))
+
+
+class Environment:
+    """Master rows of the scene's flow and forces, and the frame's start time, on one device."""
+
+    def __init__(self, scene: Scene, device: str):
+        self.scene, self.device = scene, device
+        table = SignalTable()
+        self._flow = [flow_row(spec, table) for spec in scene.flow]
+        self._forces = [force_row(spec, table) for spec in scene.forces]
+        self.signals = table.tables(device)
+        self.start_time = wp.zeros(1, dtype=wp.float64, device=device)
+
+    def feel(self, feels, coupling, substep_count: int) -> "Surroundings":
+        """Return the tables of one system: what it feels, with a moment at every half substep."""
+        chosen_flow = [] if coupling is None else pick(self.scene.flow, self._flow, feels.flow)
+        chosen_forces = pick(self.scene.forces, self._forces, feels.forces)
+        row = EnvironmentRow()
+        row.gravity = wp.vec3(*self.scene.gravity) if feels.gravity else wp.vec3()
+        row.alpha, row.viscosity = getattr(coupling, "alpha", 0.0), getattr(coupling, "viscosity", 0.0)
+        row.extent, row.policy = self.scene.limits.extent, UNSTABLE_POLICIES[self.scene.limits.unstable]
+        spacing = 0.5 / (self.scene.time.fps * substep_count)
+        return Surroundings(self, row, chosen_flow, chosen_forces, 2 * substep_count + 1, spacing)
+
+    def probe(self) -> "Surroundings":
+        """Return tables of the whole flow with a single moment, for probes; their time is their own."""
+        return Surroundings(self, EnvironmentRow(), self._flow, [], 1, 0.0, wp.zeros(1, dtype=wp.float64, device=self.device))
+
+
+def pick(specs: Sequence, rows: list, chosen) -> list:
+    """Return the rows a system feels: all, none, or those named by name or place."""
+    if isinstance(chosen, bool):
+        return rows if chosen else []
+    return [row for place, (spec, row) in enumerate(zip(specs, rows, strict=True)) if place in chosen or (spec.name and spec.name in chosen)]
+
+
+class Surroundings:
+    """Tables (moments, rows) of what one system feels in a frame; `row` is the one-row array that its kernels take."""
+
+    def __init__(self, environment: Environment, row: EnvironmentRow, flow_rows, force_rows, moment_count, spacing, start_time=None):
+        device = environment.device
+        self.start_time = environment.start_time if start_time is None else start_time
+        self._signals, self._moment_count, self._spacing = environment.signals, moment_count, spacing
+        self._flow = wp.array(flow_rows, dtype=flow.FlowPrimitive, device=device)
+        self._forces = wp.array(force_rows, dtype=forces.ForceField, device=device)
+        row.flow = wp.zeros((moment_count, len(flow_rows)), dtype=flow.FlowPrimitive, device=device)
+        row.forces = wp.zeros((moment_count, len(force_rows)), dtype=forces.ForceField, device=device)
+        self.flow, self.forces = row.flow, row.forces
+        self.row = wp.array([row], dtype=EnvironmentRow, device=device)
+
+    def stage(self) -> Stage:
+        """Return the stage that fills the tables for the frame under way."""
+        inputs = (self.start_time, self._spacing, self._signals, self._flow, self._forces, self.flow, self.forces)
+        return Stage("environment", sample_moments, self._moment_count, inputs)

@@ -1,0 +1,105 @@
+"""Frame: what observers see of a simulation at one moment, read-only, fetched from the device on first use and then kept."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+
+class SystemFrame:
+    """One system's live particles in order of birth. Arrays are copies, read-only, and stay as they are when the simulation moves on."""
+
+    def __init__(self, fetch, index: int, fps: float):
+        self._fetch, self._index, self._fps = fetch, index, fps
+        self._arrays: dict[str, np.ndarray] = {}
+
+    def _get(self, name: str) -> np.ndarray:
+        if name not in self._arrays:
+            array = np.ascontiguousarray(self._fetch(name).T)
+            array.flags.writeable = False
+            self._arrays[name] = array
+        return self._arrays[name]
+
+    def keep(self) -> None:
+        """Fetch everything now, before the simulation moves on."""
+        for name in ("position", "velocity", "birth_frame", "birth_age", "lifetime", "mass", "radius", "id"):
+            self._get(name)
+
+    @property
+    def count(self) -> int:
+        """Number of live particles."""
+        return len(self._get("lifetime"))
+
+    @property
+    def position(self) -> np.ndarray:
+        """float32 (n, 3) [m]."""
+        return self._get("position")
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """float32 (n, 3) [m/s]."""
+        return self._get("velocity")
+
+    @property
+    def id(self) -> np.ndarray:
+        """uint64 (n,): the system's running number of births, rising."""
+        words = self._get("id").astype(np.uint64)
+        return words[:, 0] | (words[:, 1] << np.uint64(32))
+
+    @property
+    def age(self) -> np.ndarray:
+        """float32 (n,) [s], the same arithmetic as on the device."""
+        frames = (self._index - self._get("birth_frame")).astype(np.float32)
+        return frames / np.float32(self._fps) + self._get("birth_age")
+
+    @property
+    def lifetime(self) -> np.ndarray:
+        """float32 (n,): age at which each dies [s]."""
+        return self._get("lifetime")
+
+    @property
+    def mass(self) -> np.ndarray:
+        """float32 (n,) [kg]."""
+        return self._get("mass")
+
+    @property
+    def radius(self) -> np.ndarray:
+        """float32 (n,) [m]."""
+        return self._get("radius")
+
+
+class Frame:
+    """A moment of the whole scene: `frame["sparks"].position`, `frame.time` [s], `frame.index`."""
+
+    def __init__(self, systems: dict[str, SystemFrame], index: int, time: float):
+        self._systems, self._index, self._time = systems, index, time
+
+    @property
+    def index(self) -> int:
+        """Number of the frame; 0 is the initial state."""
+        return self._index
+
+    @property
+    def time(self) -> float:
+        """index/fps [s]."""
+        return self._time
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the systems."""
+        return tuple(self._systems)
+
+    def __getitem__(self, name: str) -> SystemFrame:
+        if name not in self._systems:
+            raise KeyError(f"no system {name!r} in this frame; there are {', '.join(self._systems) or 'none'}")
+        return self._systems[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._systems)
+
+    def __len__(self) -> int:
+        return len(self._systems)
+
+    def keep(self) -> None:
+        """Fetch everything now, before the simulation moves on."""
+        for system in self._systems.values():
+            system.keep()

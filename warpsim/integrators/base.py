@@ -1,0 +1,28 @@
+"""What every integrator offers to a system."""
+
+from abc import ABC
+from typing import ClassVar
+
+import warp as wp
+
+from warpsim.kernels import integration, loops
+
+
+class Integrator(ABC):
+    """A method that advances particles through all substeps of a frame in one pass over memory.
+
+    Every method of the second-order form applies drag through the exponential kick v + h φ(kh)(a + k(u − v)), which is exact
+    for constant u and a and stable for any h (docs/adr/0002-exponential-coupling.md).
+    """
+
+    name: ClassVar[str]
+    """Name in the scene and of the kernels."""
+    order: ClassVar[int]
+    """Order of convergence without coupling."""
+    evaluations: ClassVar[int]
+    """Evaluations of the forces per substep."""
+
+    @classmethod
+    def kernels(cls) -> tuple[wp.Kernel, wp.Kernel]:
+        """Return the plain kernel and the native loop."""
+        return integration.ADVANCE[cls.name], loops.ADVANCE[cls.name]

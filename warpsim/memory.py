@@ -1,0 +1,59 @@
+"""Memory of a scene: estimated before anything is allocated, because the system grants what it does not have and kills later."""
+
+import os
+
+from warpsim.scene import Scene, SceneError
+
+BYTES_PER_PARTICLE = 60  # fields (52), flag of the living, and the place in a snapshot's index; a test holds it to the population's own
+BYTES_PER_PRIMITIVE = 96  # one row of a table of flow or forces
+GIB = 1 << 30
+
+
+class MemoryLimitError(SceneError):
+    """The scene needs more memory than the machine has free, or than its own limit allows."""
+
+
+def estimate_memory(scene: Scene) -> int:
+    """Return the bytes a simulation of the scene will take on its device, snapshots for the last good state included."""
+    total = 0
+    for system in scene.systems.values():
+        substep_count = system.substeps or scene.time.substeps
+        birth_rows = 24 if system.motion == "ballistic" else 0
+        total += 2 * system.capacity * (BYTES_PER_PARTICLE + birth_rows)
+        total += (2 * substep_count + 1) * (len(scene.flow) + len(scene.forces)) * BYTES_PER_PRIMITIVE
+    return total
+
+
+def free_memory() -> int:
+    """Return the bytes the machine can still give to this process, 1 << 62 where it does not say."""
+    try:
+        with open("/proc/meminfo") as lines:
+            free = next(int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable"))
+    except (OSError, StopIteration):
+        try:
+            return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+        except (AttributeError, ValueError, OSError):
+            return 1 << 62
+    return min(free, container_limit())
+
+
+def container_limit() -> int:
+    """Return the bytes that a container's limit still leaves, 1 << 62 without one."""
+    try:
+        with open("/sys/fs/cgroup/memory.max") as limit, open("/sys/fs/cgroup/memory.current") as current:
+            text = limit.read().strip()
+            return 1 << 62 if text == "max" else max(0, int(text) - int(current.read()))
+    except (OSError, ValueError):
+        return 1 << 62
+
+
+def check_memory(scene: Scene, free: int) -> None:
+    """Raise MemoryLimitError if the scene needs more than `free` bytes or than its limits.memory."""
+    needed = estimate_memory(scene)
+    allowed = free if scene.limits.memory is None else min(free, int(scene.limits.memory * GIB))
+    if needed > allowed:
+        source = "its limits.memory allows" if allowed < free else "is free"
+        capacities = ", ".join(f"{name}: {system.capacity}" for name, system in scene.systems.items())
+        raise MemoryLimitError(
+            f"the scene needs about {needed / GIB:.2f} GiB, but {allowed / GIB:.2f} GiB {source}; lower the capacity of its systems ({capacities})"
+        )

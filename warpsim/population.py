@@ -1,0 +1,99 @@
+"""Population: the arrays of one system's mass points, every field a row or rows of one slab of 32-bit words.
+
+Compaction and sorting move columns of the slab, so that no field, solver history included, can be forgotten.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import warp as wp
+
+from warpsim.kernels import emission
+from warpsim.kernels.loops import BLOCK
+
+COUNTERS = {"live": emission.LIVE, "active": emission.ACTIVE, "born": emission.BORN, "refused": emission.REFUSED}
+COUNTERS |= {"killed": emission.KILLED, "next_id": emission.NEXT_ID, "fault": emission.FAULT}
+
+
+@dataclass(frozen=True)
+class Field:
+    """Shape, type and unit of one per-particle quantity."""
+
+    rows: int
+    dtype: type
+    unit: str
+    meaning: str
+
+
+FIELDS = {
+    "position": Field(3, wp.float32, "m", "where it is at the frame"),
+    "velocity": Field(3, wp.float32, "m/s", "how fast it moves; a tracer's is the flow's"),
+    "birth_frame": Field(1, wp.int32, "1", "number of the frame in whose step it was born"),
+    "birth_age": Field(1, wp.float32, "s", "its age at that frame"),
+    "lifetime": Field(1, wp.float32, "s", "age at which it dies"),
+    "mass": Field(1, wp.float32, "kg", "inertia"),
+    "radius": Field(1, wp.float32, "m", "for Stokes drag"),
+    "id": Field(2, wp.uint32, "1", "running number of births: low word, high word"),
+}
+
+
+def bytes_per_particle(extra_rows: int = 0) -> int:
+    """Return the device memory of one particle [bytes]: its fields and the flag of the living."""
+    return 4 * (sum(field.rows for field in FIELDS.values()) + extra_rows + 1)
+
+
+class Population:
+    """Planar fields (rows, capacity) as views of one slab; `capacity` is rounded up to whole blocks, `limit` is what was asked.
+
+    Live particles fill columns 0 … live − 1 in order of birth.
+    """
+
+    def __init__(self, limit: int, fields: dict[str, Field], device: str):
+        self.limit, self.device = limit, device
+        self.capacity = -(-limit // BLOCK) * BLOCK
+        self.fields = fields
+        self.slab = wp.zeros((sum(field.rows for field in fields.values()), self.capacity), dtype=wp.uint32, device=device)
+        self.alive = wp.zeros(self.capacity, dtype=int, device=device)
+        self.counters = wp.zeros(emission.COUNTER_COUNT, dtype=wp.int64, device=device)
+        self._rows, row = {}, 0
+        for name, field in fields.items():
+            self._rows[name] = slice(row, row + field.rows)
+            row += field.rows
+        self._on_host = self.counters.numpy() if wp.get_device(device).is_cpu else None
+
+    def field(self, name: str) -> wp.array:
+        """Return a field as a device array, (3, capacity) or (capacity,)."""
+        rows, dtype = self._rows[name], self.fields[name].dtype
+        view = self.slab[rows.start] if self.fields[name].rows == 1 else self.slab[rows]
+        return view.view(dtype)
+
+    def counter(self, name: str) -> int:
+        """Return one counter; free on the CPU, waits for the device on a GPU."""
+        values = self.counters.numpy() if self._on_host is None else self._on_host
+        return int(values[COUNTERS[name]])
+
+    def host(self, name: str) -> np.ndarray:
+        """Return a copy of a field's live columns, (rows, live) or (live,)."""
+        live = self.counter("live")
+        array = self.field(name)
+        if array.ndim == 1:
+            return np.array(array[:live].numpy()) if live else np.zeros(0, wp.dtype_to_numpy(array.dtype))
+        return np.array(array.numpy()[:, :live])
+
+    def save(self) -> dict[str, np.ndarray]:
+        """Return a copy of everything that makes up the state: counters and the slab's live columns."""
+        return {"counters": np.array(self.counters.numpy()), "slab": np.array(self.slab.numpy()[:, : self.counter("live")])}
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        """Take back a state made by save()."""
+        slab = self.slab.numpy()
+        slab[:, : state["slab"].shape[1]] = state["slab"]
+        if self._on_host is None:
+            self.slab.assign(slab)
+        self.counters.assign(state["counters"])
+
+    def clear(self) -> None:
+        """Remove all particles and forget the fault; the emitters go on."""
+        counters = self.counters.numpy()
+        counters[[emission.LIVE, emission.ACTIVE, emission.FAULT]] = 0
+        self.counters.assign(counters)

@@ -1,0 +1,212 @@
+"""Simulation: builds systems from a scene and advances them, frame by frame, as one captured graph."""
+
+import hashlib
+import math
+import weakref
+from collections.abc import Iterator
+
+import numpy as np
+import warp as wp
+
+from warpsim.environment import Environment
+from warpsim.frame import Frame, SystemFrame
+from warpsim.kernels.lifetime import advance_clock
+from warpsim.launch import FrameGraph, Stage, available_cores
+from warpsim.memory import check_memory, free_memory
+from warpsim.probes import FlowProbe
+from warpsim.scene import Scene
+from warpsim.systems.particles import Particles
+
+SYSTEMS = {"particles": Particles}
+SNAPSHOT_EVERY = 64  # frames between the states from which the last good one is recomputed; 1 % of a run of a million particles
+LOOK_EVERY = 16  # frames between looks at the fault flags on a GPU, where looking waits for the device
+
+
+class UnstableError(Exception):
+    """A system left the finite world or the scene's extent. `last_good_frame()` of the simulation is the frame before."""
+
+    def __init__(self, system: str, ids: list[int], index: int, time: float, suggestion: str):
+        self.system, self.ids, self.index, self.time, self.suggestion = system, ids, index, time, suggestion
+        shown = ", ".join(map(str, ids[:5])) + (f" and {len(ids) - 5} more" if len(ids) > 5 else "")
+        self.last_good: Frame | None = None
+        super().__init__(f"{system}: not finite or beyond the scene's extent in frame {index} (t = {time:g} s), particles {shown}; {suggestion}")
+
+
+def resolve_device(name: str) -> str:
+    """Return Warp's name for auto, cpu, cuda or cuda:N. Raises ValueError if there is no such device."""
+    if name == "auto":
+        name = "cuda:0" if wp.is_cuda_available() else "cpu"
+    name = "cuda:0" if name == "cuda" else name
+    known = [device.alias for device in wp.get_devices()]
+    if name not in known:
+        raise ValueError(f'there is no device "{name}"; this machine has {", ".join(known)}')
+    return name
+
+
+class Simulation:
+    """The scene in motion. Frame 0 is the initial state; every step goes one frame on.
+
+    device: auto, cpu, cuda or cuda:N. threads: cores to use on the CPU, default all; the bits do not depend on it.
+    native=False runs the plain kernels on the CPU, for comparison. Raises MemoryLimitError before allocating too much, ValueError
+    for an unknown device, UnstableError if the prewarm blows up.
+    """
+
+    def __init__(self, scene: Scene, device: str = "auto", threads: int | None = None, native: bool = True):
+        wp.config.enable_backward = False
+        self.scene, self.device = scene, resolve_device(device)
+        if threads is not None and threads < 1:
+            raise ValueError(f"threads must be at least 1, got {threads}")
+        self.threads = min(threads or available_cores(), 64)
+        check_memory(scene, free_memory() if self.device == "cpu" else wp.get_device(self.device).free_memory)
+        self._fps = scene.time.fps
+        self.index = -math.ceil(scene.time.prewarm * self._fps - 1e-9)
+        self._clock = wp.array([self.index - 1], dtype=wp.int64, device=self.device)
+        self.environment = Environment(scene, self.device)
+        self.flow = FlowProbe(self.environment, lambda: self.time)
+        self.systems = {
+            name: SYSTEMS[spec.type](name, spec, scene, self.environment, self._clock) for name, spec in scene.systems.items()
+        }
+        self._graph = FrameGraph(list(self._stages(native)), self.device, self.threads, native)
+        self._frame: weakref.ref[Frame] | None = None
+        self.index -= 1  # the opening step makes the first frame: whoever is born at that very moment is in it
+        self._good = self._state()
+        while self.index < 0:
+            self.step_frame()
+
+    def _stages(self, native: bool) -> Iterator[Stage]:
+        """Yield the frame, readable like the lecture's animation cycle."""
+        yield Stage("clock", advance_clock, 1, (self._fps, self._clock, self.environment.start_time))
+        for system in self.systems.values():
+            yield from system.stages(native)  # emit, update, remove the expired
+
+    @property
+    def time(self) -> float:
+        """Time of the present frame, index/fps [s]."""
+        return self.index / self._fps
+
+    @property
+    def frame_count(self) -> int:
+        """Number of the last frame of the scene's duration."""
+        return round(self.scene.time.duration * self._fps)
+
+    def step_frame(self) -> None:
+        """Advance one frame. Raises UnstableError; the simulation then stands at the last good frame."""
+        self._keep_frame()
+        if self.index - self._good["index"] >= (SNAPSHOT_EVERY if self.device == "cpu" else 16 * SNAPSHOT_EVERY):
+            self._good = self._state()
+        self._advance()
+        if self.device == "cpu" or self.index % LOOK_EVERY == 0:
+            self._answer_faults()
+
+    def _advance(self) -> None:
+        on_cpu = self.device == "cpu"
+        self._graph.run(sum(system.population.counter("live") for system in self.systems.values()) if on_cpu else 0)
+        self.index += 1
+
+    def frame(self) -> Frame:
+        """Return the present frame; it stays as it is when the simulation moves on."""
+        self._answer_faults()
+        frame = self._frame() if self._frame else None
+        if frame is None or frame.index != self.index:
+            systems = {name: SystemFrame(system.population.host, self.index, self._fps) for name, system in self.systems.items()}
+            frame = Frame(systems, self.index, self.time)
+            self._frame = weakref.ref(frame)
+        return frame
+
+    def frames(self, count: int) -> Iterator[Frame]:
+        """Advance `count` frames and yield each."""
+        for _ in range(count):
+            self.step_frame()
+            yield self.frame()
+
+    def run(self, seconds: float) -> None:
+        """Advance by so many seconds, to the nearest frame."""
+        for _ in range(round(seconds * self._fps)):
+            self.step_frame()
+
+    def settle(self) -> None:
+        """Finish a frame that KeyboardInterrupt left under way."""
+        self._graph.settle()
+        self.index = int(self._clock.numpy()[0])
+
+    def _keep_frame(self) -> None:
+        """Let a frame that somebody still holds fetch its arrays before they change."""
+        frame = self._frame() if self._frame else None
+        if frame is not None and frame.index == self.index:
+            frame.keep()
+
+    def _state(self) -> dict:
+        """Return a copy of everything the future depends on."""
+        return {"index": self.index, "systems": {name: system.save() for name, system in self.systems.items()}}
+
+    def _restore(self, state: dict) -> None:
+        self.index = state["index"]
+        self._clock.fill_(self.index)
+        for name, system in self.systems.items():
+            system.restore(state["systems"][name])
+
+    def state_hash(self) -> str:
+        """Return a hex digest of the full state: equal for equal scene, seed and version on one kind of device."""
+        digest = hashlib.blake2b(str(self.index).encode(), digest_size=16)
+        for name, arrays in self._state()["systems"].items():
+            for key, array in arrays.items():
+                digest.update(f"{name}.{key}{array.shape}{array.dtype.str}".encode())
+                digest.update(np.ascontiguousarray(array))
+        return digest.hexdigest()
+
+    def statistics(self) -> dict[str, dict[str, float]]:
+        """Return by system: live particles, births so far, refused for want of room, killed beyond the extent, kinetic energy [J]."""
+        result = {}
+        for name, system in self.systems.items():
+            p = system.population
+            speed2 = (p.host("velocity").astype(float) ** 2).sum(axis=0)
+            result[name] = {"live": p.counter("live"), "born": p.counter("next_id") - p.counter("refused")}
+            result[name] |= {"refused": p.counter("refused"), "killed": p.counter("killed")}
+            result[name]["kinetic_energy"] = float(0.5 * (p.host("mass") * speed2).sum())
+        return result
+
+    def time_stages(self) -> dict[str, float]:
+        """Advance one frame stage by stage and return what each took [s]; for benchmarks."""
+        self._keep_frame()
+        times = self._graph.time_stages(sum(system.population.counter("live") for system in self.systems.values()))
+        self.index += 1
+        return times
+
+    def _faulty(self) -> list[str]:
+        return [name for name, system in self.systems.items() if system.population.counter("fault")]
+
+    def _answer_faults(self) -> None:
+        """Answer particles that left the finite world, by the scene's policy; nothing of theirs is ever shown or saved."""
+        faulty = self._faulty()
+        if not faulty:
+            return
+        if self.scene.limits.unstable == "reset":
+            for name in faulty:
+                self.systems[name].population.clear()
+            return
+        self._restore(self._good)  # find the first bad frame: on a GPU it may lie some frames back
+        while not self._faulty():
+            self._advance()
+        error = self._unstable(self._faulty()[0])
+        self._restore(self._good)
+        while self.index < error.index - 1:
+            self._advance()
+        error.last_good = self.frame()
+        error.last_good.keep()
+        raise error
+
+    def _unstable(self, name: str) -> UnstableError:
+        """Describe what happened in the present, bad frame."""
+        system = self.systems[name]
+        state = np.concatenate([system.population.host("position"), system.population.host("velocity")])
+        with np.errstate(invalid="ignore"):
+            good = (np.abs(state[:3]) <= self.scene.limits.extent).all(axis=0) & np.isfinite(state).all(axis=0)
+        words = system.population.host("id").astype(np.uint64)
+        ids = (words[0] | (words[1] << np.uint64(32)))[~good]
+        substep_count = system.pace.substep_count
+        suggestion = f"try substeps: {2 * substep_count} for this system, or weaker forces"
+        return UnstableError(name, [int(i) for i in ids], self.index, self.time, suggestion)
+
+    def last_good_frame(self) -> Frame:
+        """Return the frame before the one that UnstableError speaks of."""
+        return self.frame()

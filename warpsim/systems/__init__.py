@@ -1,0 +1,1 @@
+"""Systems: one population of mass points each, with its own step."""

@@ -1,0 +1,120 @@
+"""Emitters of a particle system as device tables, and the progress of their births."""
+
+import hashlib
+import math
+
+import numpy as np
+import warp as wp
+
+from warpsim.environment import SignalTable, unit
+from warpsim.kernels import birth, emission
+from warpsim.launch import Stage
+from warpsim.population import Population
+from warpsim.scene.emitters import Distribution, Emitter, EmitterShape, Velocity
+
+FOREVER = 1.0e300  # [s]
+REST = Velocity(direction=(0.0, 1.0, 0.0), cone=0.0, speed=Distribution(mean=0.0))
+
+
+def random_key(seed: int, system: str, emitter: int) -> wp.vec2ui:
+    """Return the 64-bit key of one emitter's random numbers; systems are told apart by name, so that adding one changes no other."""
+    digest = hashlib.blake2b(f"{seed}/{system}/{emitter}".encode(), digest_size=8).digest()
+    return wp.vec2ui(*np.frombuffer(digest, dtype="<u4").tolist())
+
+
+def perpendiculars(direction: wp.vec3) -> tuple[wp.vec3, wp.vec3]:
+    """Return two unit vectors that make a right-handed frame with a unit vector."""
+    d = np.array(direction, dtype=float)
+    helper = np.eye(3)[np.argmin(np.abs(d))]
+    first = np.cross(helper, d)
+    first /= np.linalg.norm(first)
+    return wp.vec3(*first), wp.vec3(*np.cross(d, first))
+
+
+def distribution(spec: Distribution) -> emission.Distribution:
+    """Make the row of an initial value."""
+    row = emission.Distribution()
+    row.mean, row.spread, row.law = spec.mean, spec.spread, emission.VALUE_LAWS[spec.law]
+    return row
+
+
+def place(row: emission.Emitter, shape: EmitterShape) -> None:
+    """Fill in where particles are born."""
+    row.shape = list(birth.SHAPES).index(shape.type)
+    row.surface = int(getattr(shape, "fill", "volume") == "surface")
+    row.radius = getattr(shape, "radius", 0.0)
+    if shape.type == "segment":
+        ends = np.array(shape.start), np.array(shape.end)
+        row.center, row.half = wp.vec3(*(0.5 * (ends[0] + ends[1]))), wp.vec3(*(0.5 * (ends[1] - ends[0])))
+    else:
+        row.center = wp.vec3(*shape.center)
+    if shape.type == "box":
+        row.half = wp.vec3(*(0.5 * edge for edge in shape.size))
+    if shape.type == "disc":
+        row.tangent, row.bitangent = perpendiculars(unit(shape.normal))
+
+
+def emitter_row(spec: Emitter, key: wp.vec2ui, table: SignalTable, beginning: float, frame_time: float) -> emission.Emitter:
+    """Make an emitter's row; `beginning` is the simulation's first moment [s]."""
+    row, velocity = emission.Emitter(), spec.velocity or REST
+    row.key, row.mean, row.spread = key, -1, -1
+    row.start = beginning if spec.start is None else max(beginning, spec.start)
+    row.stop, row.interval = FOREVER if spec.stop is None else spec.stop, frame_time
+    if spec.rate is not None:
+        row.mean, row.spread = table.add(spec.rate.mean), table.add(spec.rate.spread)
+        row.count_law, row.interval = emission.COUNT_LAWS[spec.rate.law], spec.rate.interval or frame_time
+    place(row, spec.shape)
+    row.direction = unit(velocity.direction)
+    row.across, row.beyond = perpendiculars(row.direction)
+    row.cone_cosine = math.cos(math.radians(velocity.cone))
+    row.speed, row.lifetime = distribution(velocity.speed), distribution(spec.lifetime)
+    row.mass, row.extent = distribution(spec.mass), distribution(spec.radius)
+    return row
+
+
+def burst_rows(specs: tuple[Emitter, ...], beginning: float) -> list[emission.Burst]:
+    """Make the rows of all bursts that lie within the simulation; their ordinals are apart from those of the rate."""
+    rows = []
+    for e, spec in enumerate(specs):
+        for number, burst in enumerate(spec.burst):
+            row = emission.Burst()
+            row.emitter, row.count, row.at, row.ordinal = e, burst.count, burst.at, (number + 1) << 40
+            if burst.at >= beginning:
+                rows.append(row)
+    return rows
+
+
+class Emission:
+    """The births of one system: tables that stay, progress that moves on."""
+
+    def __init__(self, name: str, spec, scene, population: Population, clock: wp.array):
+        device, frame_time, beginning = population.device, 1.0 / scene.time.fps, -scene.time.prewarm
+        table, self.population = SignalTable(), population
+        keys = [random_key(scene.seed, name, e) for e in range(len(spec.emitters))]
+        rows = [emitter_row(s, key, table, beginning, frame_time) for s, key in zip(spec.emitters, keys, strict=True)]
+        bursts = burst_rows(spec.emitters, beginning)
+        pieces = sum(math.ceil(frame_time / row.interval) + 2 for row in rows if row.mean >= 0)
+        self.births, self.plan = emission.Births(), emission.Plan()
+        self.births.emitters = wp.array(rows, dtype=emission.Emitter, device=device)
+        self.births.bursts = wp.array(bursts, dtype=emission.Burst, device=device)
+        self.births.signals, self.births.clock = table.tables(device), clock
+        self.births.fps, self.births.capacity = scene.time.fps, population.limit
+        start = np.zeros(len(rows), dtype=emission.Progress.numpy_dtype())
+        start["count"] = -1  # not drawn yet
+        self.plan.progress = wp.array(start, dtype=emission.Progress, device=device)
+        self.plan.segments = wp.zeros(pieces + len(bursts), dtype=emission.Segment, device=device)
+        self.plan.segment_count = wp.zeros(1, dtype=int, device=device)
+
+    def stages(self, targets: emission.Particles, loop: wp.Kernel):
+        """Yield the stages that plan and fill in this frame's births."""
+        counters = self.population.counters
+        yield Stage("plan", emission.plan_births, 1, (self.births, self.plan, counters))
+        yield Stage("emit", birth.emit_particles, self.population.capacity, (self.births, self.plan, counters, targets), loop)
+
+    def save(self) -> np.ndarray:
+        """Return a copy of the progress."""
+        return np.array(self.plan.progress.numpy())
+
+    def restore(self, progress: np.ndarray) -> None:
+        """Take back a progress made by save()."""
+        self.plan.progress.assign(progress)

@@ -1,0 +1,87 @@
+"""Particles: mass points from emitters that move independently of each other and die."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import warp as wp
+
+from warpsim.environment import Environment
+from warpsim.integrators import FIRST_ORDER_FORM, SECOND_ORDER_FORM, Ballistic, Integrator
+from warpsim.kernels import emission, integration, lifecycle_loops, lifetime
+from warpsim.launch import Stage
+from warpsim.population import FIELDS, Field, Population
+from warpsim.scene import Scene
+from warpsim.systems.emitters import Emission
+
+BIRTH_STATE = {
+    "birth_position": Field(3, wp.float32, "m", "where it was born"),
+    "birth_velocity": Field(3, wp.float32, "m/s", "how fast it moved at birth"),
+}
+
+
+def method_of(spec) -> type[Integrator]:
+    """Return the integrator that a particle system's spec asks for."""
+    if spec.motion == "ballistic":
+        return Ballistic
+    if spec.coupling == "tracer":
+        return FIRST_ORDER_FORM[spec.solver or "rk4"]
+    return SECOND_ORDER_FORM[spec.solver or "semi_implicit_euler"]
+
+
+class Particles:
+    """One system of uncoupled particles: emit, advance (ages, forces, motion in one pass over memory), remove the expired."""
+
+    def __init__(self, name: str, spec, scene: Scene, environment: Environment, clock: wp.array):
+        self.name, self.spec, self._clock, self._fps = name, spec, clock, scene.time.fps
+        self.method = method_of(spec)
+        substep_count = spec.substeps or scene.time.substeps
+        ballistic = self.method is Ballistic
+        self.population = Population(spec.capacity, FIELDS | (BIRTH_STATE if ballistic else {}), environment.device)
+        self.surroundings = environment.feel(spec.feels, spec.coupling, substep_count)
+        self.pace = integration.Pace()
+        self.pace.dt, self.pace.fps, self.pace.substep_count = 1.0 / (scene.time.fps * substep_count), scene.time.fps, substep_count
+        self.particles = self._view("position", "velocity")
+        self.newborn = self._view("birth_position", "birth_velocity") if ballistic else self.particles
+        self.emission = Emission(name, spec, scene, self.population, clock)
+
+    def _view(self, position: str, velocity: str) -> emission.Particles:
+        """Return the population as its kernels see it, with the given fields for position and velocity."""
+        view = emission.Particles()
+        view.position, view.velocity, view.alive = self.population.field(position), self.population.field(velocity), self.population.alive
+        for name in FIELDS:
+            if name not in ("position", "velocity"):
+                setattr(view, name, self.population.field(name))
+        return view
+
+    def stages(self, native: bool) -> Iterator[Stage]:
+        """Yield the frame's stages; nothing here waits for the device."""
+        yield self.surroundings.stage()
+        yield from self.emission.stages(self.newborn, lifecycle_loops.emit_particles)
+        plain, loop = self.method.kernels()
+        states = (self.newborn, self.particles) if self.newborn is not self.particles else (self.particles,)
+        inputs = (self.pace, self._clock, self.surroundings.row, *states, self.population.counters)
+        yield Stage("advance", plain, self.population.capacity, inputs, loop)
+        yield from removal(self.population, native)
+
+    def save(self) -> dict[str, np.ndarray]:
+        """Return a copy of the full state."""
+        return {**self.population.save(), "progress": self.emission.save()}
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        """Take back a state made by save()."""
+        self.population.restore(state)
+        self.emission.restore(state["progress"])
+
+
+def removal(population: Population, native: bool) -> Iterator[Stage]:
+    """Yield the stages that close the gaps of the expired, in order: in place by rows, or by mark, scan and scatter."""
+    counters, alive, slab, n = population.counters, population.alive, population.slab, population.capacity
+    if native:
+        loop = lifecycle_loops.scatter_in_place
+        yield Stage("remove", loop, n, (alive, counters, slab), loop)
+        return
+    order, scratch = wp.zeros_like(alive), wp.zeros_like(slab)
+    yield Stage("remove", launch=lambda: wp.utils.array_scan(alive, order))
+    yield Stage("remove", lifetime.scatter_survivors, n, (counters, alive, order, slab, scratch))
+    yield Stage("remove", lifetime.scan_survivors, 1, (order, counters))
+    yield Stage("remove", lifetime.scatter_back, n, (counters, scratch, slab))
