@@ -8,25 +8,29 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-DEVICE = "launch population environment integrators systems"  # what owns arrays
+ARRAYS = "launch population environment integrators systems"  # the rooms that own device arrays
 SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (the version) is open to all
     "kernels": "",
     "scene": "",
     "files": "",
+    "kernel_cache": "",
+    "interruption": "",
     "launch": "kernels",
     "population": "kernels launch",
     "environment": "kernels scene launch population",
-    "integrators": "kernels scene launch population environment",
+    "integrators": "kernels launch population environment",
     "systems": "kernels scene launch population environment integrators frame",
     "frame": "kernels launch population",
-    "simulation": f"kernels scene frame {DEVICE}",
+    "memory": "scene",
+    "probes": "kernels launch environment",
+    "simulation": f"kernels scene frame memory probes {ARRAYS}",
     "observers": "frame files",
-    "runner": "scene simulation frame observers files",
-    "cli": "scene simulation frame observers files runner launch",
+    "runner": "scene simulation frame observers files kernel_cache interruption",
+    "cli": "scene simulation frame observers files kernel_cache interruption runner launch",
     "__main__": "cli",
     "__init__": "scene simulation frame",
 }
-OUTSIDE = {"kernels": {"warp"}, "scene": {"pydantic", "pydantic_core", "yaml"}}  # rooms that choose their company
+OUTSIDE = {"kernels": {"warp"}, "scene": {"annotated_types", "pydantic", "pydantic_core", "yaml"}}  # rooms that choose their company
 FILES = [*ROOT.glob("kernels/*.py"), *ROOT.glob("warpsim/**/*.py")]
 
 
