@@ -26,7 +26,7 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "simulation": f"kernels scene frame memory probes {ARRAYS}",
     "observers": "frame files",
     "runner": "scene simulation frame observers files kernel_cache interruption",
-    "cli": "scene simulation frame observers files kernel_cache interruption runner launch",
+    "cli": "scene simulation frame observers files kernel_cache interruption runner launch memory",
     "__main__": "cli",
     "__init__": "scene simulation frame",
 }
