@@ -5,8 +5,7 @@ import warp as wp
 from warpsim.kernels.elementary import cos_turns, sin_turns
 from warpsim.kernels.emission import BORN, LIVE, NEXT_ID, NORMAL, Births, Distribution, Emitter, Particles, Plan, Segment
 from warpsim.kernels.planar import write3
-from warpsim.kernels.random import BULK, LIFE, POSITION, SIZE, VELOCITY
-from warpsim.kernels.random import normal, random_words, uniform, uniform_positive, uniform_signed
+from warpsim.kernels.random import BULK, LIFE, POSITION, SIZE, VELOCITY, normal, random_words, uniform, uniform_positive, uniform_signed
 
 SMALLEST_LIFETIME = wp.constant(1.0e-6)  # [s]: "lifetimes are clipped to > 0"
 SMALLEST_BULK = wp.constant(1.0e-12)  # [kg], [m]

@@ -99,7 +99,7 @@ FLOWS = {
 
 @wp.func
 def sample_primitive(p: FlowPrimitive, x: wp.vec3) -> wp.vec3:
-    """Return v = 0: no such kind."""
+    """Return zero: there is no such kind."""
     return wp.vec3()
 
 

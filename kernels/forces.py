@@ -37,7 +37,7 @@ FORCES = {"attractor": sample_attractor}
 
 @wp.func
 def sample_force(field: ForceField, x: wp.vec3) -> wp.vec3:
-    """Return F = 0: no such kind."""
+    """Return zero: there is no such kind."""
     return wp.vec3()
 
 
@@ -60,7 +60,7 @@ for _kind, _formula in enumerate(FORCES.values()):
 
 @wp.func
 def sample_acceleration(forces: wp.array2d[ForceField], node: int, gravity: wp.vec3, inverse_mass: float, x: wp.vec3) -> wp.vec3:
-    """Return a = g + ΣF/m at x [m/s²], by the table's row for one moment."""
+    """Return gravity plus the forces per mass at x [m/s²], by the table's row for one moment."""
     a = gravity
     for k in range(forces.shape[1]):
         a = a + sample_force(forces[node, k], x) * inverse_mass

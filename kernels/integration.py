@@ -36,7 +36,7 @@ class Body:
 
 @wp.func(inline=True)
 def kick(v: wp.vec3, u: wp.vec3, a: wp.vec3, k: float, h: float) -> wp.vec3:
-    """Return v + h φ(kh)(a + k(u − v)): exact for constant u and a, stable for any h.  Source: exponential Euler, Hochbruck & Ostermann 2010."""
+    """Return v + h φ(kh)(a + k(u − v)), exact for constant u and a, stable for any h.  Source: Hochbruck & Ostermann 2010, §2.1."""
     return v + (a + (u - v) * k) * (h * mean_decay(k * h))
 
 
@@ -174,7 +174,7 @@ def advance_rk4(body: Body, pace: Pace, environment: Environment) -> Body:
 
 @wp.func
 def advance_tracer_euler(body: Body, pace: Pace, environment: Environment) -> Body:
-    """Explicit Euler of dx/dt = u: a particle without inertia."""
+    """Explicit Euler of dx/dt = u: a particle without inertia.  Source: Euler 1768."""
     x = body.x
     u = sample_flow(environment.flow, 0, x)
     for s in range(pace.substep_count):

@@ -49,8 +49,9 @@ PROLOGUE = """
     #define GET(F) vec(F[0][i], F[1][i], F[2][i])
     #define PUT(F, value) { const vec r = value; F[0][i] = r[0]; F[1][i] = r[1]; F[2][i] = r[2]; }
     #define EACH(...) for (int i = 0; i < B; ++i) { const float h = H[i], k = K[i]; __VA_ARGS__ }
-    #define FLOW(formula) for (int i = 0; i < B; ++i) { const vec x = GET(X), f = formula; for (int c = 0; c < 3; ++c) U[c][i] += f[c]; }
-    #define FORCE(formula) for (int i = 0; i < B; ++i) { const vec x = GET(X), f = formula; for (int c = 0; c < 3; ++c) A[c][i] += f[c] * W[i]; }
+    #define ADD(F, value) { const vec r = value; F[0][i] += r[0]; F[1][i] += r[1]; F[2][i] += r[2]; }
+    #define FLOW(formula) for (int i = 0; i < B; ++i) { const vec x = GET(X); ADD(U, formula) }
+    #define FORCE(formula) for (int i = 0; i < B; ++i) { const vec x = GET(X), f = formula; ADD(A, vec(f[0] * W[i], f[1] * W[i], f[2] * W[i])) }
     auto flow = [&](int moment) {
         for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) U[c][i] = 0.0f;
         for (int j = 0; j < environment.flow.shape[1]; ++j) {
@@ -146,7 +147,7 @@ TEXTS = {  # by method: before the substeps, each substep, after them
         "EACH(PUT(V, GET(U)))",
     ),
 }
-MACROS = ("GET", "PUT", "EACH", "FLOW", "FORCE")
+MACROS = ("GET", "PUT", "ADD", "EACH", "FLOW", "FORCE")
 FORMULAS = (*FLOWS.values(), *FORCES.values(), age_at, drag_rate, active_step, inside, kick, drift)
 
 
@@ -171,6 +172,7 @@ def advance_loop(name, method):
         particles: Particles,
         counters: wp.array[wp.int64],
     ):
+        """Advance a range of particles through the frame."""
         for i in range(begin, end):
             body = method(gather_body(i, frame, pace, environment, particles), pace, environment)
             store_body(i, frame, body, pace, environment, particles, counters)

@@ -126,7 +126,8 @@ def pick(specs: Sequence, rows: list, chosen) -> list:
     """Return the rows a system feels: all, none, or those named by name or place."""
     if isinstance(chosen, bool):
         return rows if chosen else []
-    return [row for place, (spec, row) in enumerate(zip(specs, rows, strict=True)) if place in chosen or (spec.name and spec.name in chosen)]
+    numbered = enumerate(zip(specs, rows, strict=True))
+    return [row for place, (spec, row) in numbered if place in chosen or spec.name in chosen]
 
 
 class Surroundings:

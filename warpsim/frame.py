@@ -8,9 +8,10 @@ import numpy as np
 class SystemFrame:
     """One system's live particles in order of birth. Arrays are copies, read-only, and stay as they are when the simulation moves on."""
 
-    def __init__(self, fetch, index: int, fps: float):
-        self._fetch, self._index, self._fps = fetch, index, fps
+    def __init__(self, fetch, pack, index: int, fps: float):
+        self._fetch, self._pack, self._index, self._fps = fetch, pack, index, fps
         self._arrays: dict[str, np.ndarray] = {}
+        self._past = False
 
     def _get(self, name: str) -> np.ndarray:
         if name not in self._arrays:
@@ -23,6 +24,16 @@ class SystemFrame:
         """Fetch everything now, before the simulation moves on."""
         for name in ("position", "velocity", "birth_frame", "birth_age", "lifetime", "mass", "radius", "id"):
             self._get(name)
+        self._past = True
+
+    def packed(self, limit: int | None = None):
+        """Return the particles as the viewer draws them (PackedPoints), at most about `limit`.
+
+        Raises RuntimeError once the simulation has moved on: only the present is packed, on the device.
+        """
+        if self._past:
+            raise RuntimeError("packed() speaks of the present frame, and the simulation has moved on")
+        return self._pack(self._index, limit)
 
     @property
     def count(self) -> int:

@@ -55,5 +55,6 @@ def check_memory(scene: Scene, free: int) -> None:
         source = "its limits.memory allows" if allowed < free else "is free"
         capacities = ", ".join(f"{name}: {system.capacity}" for name, system in scene.systems.items())
         raise MemoryLimitError(
-            f"the scene needs about {needed / GIB:.2f} GiB, but {allowed / GIB:.2f} GiB {source}; lower the capacity of its systems ({capacities})"
+            f"the scene needs about {needed / GIB:.2f} GiB, but {allowed / GIB:.2f} GiB {source}; "
+            f"lower the capacity of its systems ({capacities})"
         )

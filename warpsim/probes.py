@@ -7,7 +7,7 @@ import numpy as np
 import warp as wp
 
 from warpsim.environment import Environment
-from warpsim.kernels.environment import sample_moments, sample_velocities
+from warpsim.kernels.environment import sample_velocities
 
 TURNS = 1024  # points round a circle; the trapezoid rule converges exponentially there
 RULE = np.polynomial.legendre.leggauss(48)  # Gauss–Legendre nodes and weights on [-1, 1]
@@ -81,7 +81,7 @@ class FlowProbe:
         return float(np.einsum("ij,ij->", velocity, along) * 2.0 * math.pi * radius / TURNS)
 
     def flux(self, center, axis=None, radius: float = 1.0, time: float | None = None) -> float:
-        """Return ∮ v·n ds outward through a cylinder's side of unit length about the center [m²/s]; without axis, through the sphere [m³/s]."""
+        """Return ∮ v·n ds outward through a cylinder of unit length [m²/s]; without axis, ∮ v·n dA through the sphere [m³/s]."""
         outward, _, a = circle((0.0, 1.0, 0.0) if axis is None else axis)
         nodes, weights = RULE
         total = 0.0

@@ -29,7 +29,8 @@ class UnstableError(Exception):
         self.system, self.ids, self.index, self.time, self.suggestion = system, ids, index, time, suggestion
         shown = ", ".join(map(str, ids[:5])) + (f" and {len(ids) - 5} more" if len(ids) > 5 else "")
         self.last_good: Frame | None = None
-        super().__init__(f"{system}: not finite or beyond the scene's extent in frame {index} (t = {time:g} s), particles {shown}; {suggestion}")
+        where = f"in frame {index} (t = {time:g} s), particles {shown}"
+        super().__init__(f"{system}: not finite or beyond the scene's extent {where}; {suggestion}")
 
 
 def resolve_device(name: str) -> str:
@@ -63,9 +64,7 @@ class Simulation:
         self._clock = wp.array([self.index - 1], dtype=wp.int64, device=self.device)
         self.environment = Environment(scene, self.device)
         self.flow = FlowProbe(self.environment, lambda: self.time)
-        self.systems = {
-            name: SYSTEMS[spec.type](name, spec, scene, self.environment, self._clock) for name, spec in scene.systems.items()
-        }
+        self.systems = {name: SYSTEMS[spec.type](name, spec, scene, self.environment, self._clock) for name, spec in scene.systems.items()}
         self._graph = FrameGraph(list(self._stages(native)), self.device, self.threads, native)
         self._frame: weakref.ref[Frame] | None = None
         self.index -= 1  # the opening step makes the first frame: whoever is born at that very moment is in it
@@ -108,7 +107,8 @@ class Simulation:
         self._answer_faults()
         frame = self._frame() if self._frame else None
         if frame is None or frame.index != self.index:
-            systems = {name: SystemFrame(system.population.host, self.index, self._fps) for name, system in self.systems.items()}
+            views = {name: (system.population.host, system.points.pack) for name, system in self.systems.items()}
+            systems = {name: SystemFrame(fetch, pack, self.index, self._fps) for name, (fetch, pack) in views.items()}
             frame = Frame(systems, self.index, self.time)
             self._frame = weakref.ref(frame)
         return frame

@@ -12,6 +12,7 @@ from warpsim.launch import Stage
 from warpsim.population import FIELDS, Field, Population
 from warpsim.scene import Scene
 from warpsim.systems.emitters import Emission
+from warpsim.systems.points import PointPacker
 
 BIRTH_STATE = {
     "birth_position": Field(3, wp.float32, "m", "where it was born"),
@@ -42,6 +43,7 @@ class Particles:
         self.pace.dt, self.pace.fps, self.pace.substep_count = 1.0 / (scene.time.fps * substep_count), scene.time.fps, substep_count
         self.particles = self._view("position", "velocity")
         self.newborn = self._view("birth_position", "birth_velocity") if ballistic else self.particles
+        self.points = PointPacker(self.population, self.particles, spec.look, scene.time.fps)
         self.emission = Emission(name, spec, scene, self.population, clock)
 
     def _view(self, position: str, velocity: str) -> emission.Particles:
