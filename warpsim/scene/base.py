@@ -4,7 +4,7 @@ A description ends in its SI unit in brackets, "Frames per second [1/s]."; a fie
 """
 
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any, ClassVar, Union
+from typing import Annotated, Any, ClassVar, NamedTuple, Union
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Strict, Tag, model_validator
 from pydantic_core import PydanticCustomError
@@ -19,7 +19,7 @@ LARGEST_STRENGTH = 1e12
 class Spec(BaseModel):
     """A frozen group of scene fields; unknown keys are mistakes."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class ShortSpec(Spec):
@@ -39,13 +39,21 @@ class ShortSpec(Spec):
         return {cls.shorthand: value} if cls.is_short(value) else value
 
 
-def mistakes(found: list[tuple[tuple[str | int, ...], str]], depends: tuple[str, ...] = ()) -> PydanticCustomError:
-    """Build the error of a rule between fields: (path below the model, message) pairs.
+class Mistake(NamedTuple):
+    """A broken rule between fields."""
 
-    `depends` names the keys the rule reads: where one of them is wrong itself, the rule's message would only confuse and is left out.
-    """
-    summary = "; ".join(f"{'.'.join(map(str, path))}: {message}" if path else message for path, message in found)
-    return PydanticCustomError("rule", "{summary}", {"summary": summary, "found": found, "depends": depends})
+    path: tuple[str | int, ...]
+    """Below the model that holds the rule."""
+    message: str
+    depends: tuple[str, ...] = ()
+    """Keys the rule reads: where one of them is wrong itself, this message would only confuse and is left out."""
+    suggestion: str | None = None
+
+
+def mistakes(found: list[Mistake]) -> PydanticCustomError:
+    """Build the error that a validator raises for broken rules."""
+    summary = "; ".join(f"{'.'.join(map(str, one.path))}: {one.message}" if one.path else one.message for one in found)
+    return PydanticCustomError("rule", "{summary}", {"summary": summary, "found": found})
 
 
 def _whole(value: Any) -> Any:

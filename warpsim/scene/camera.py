@@ -2,7 +2,7 @@
 
 from pydantic import Field, model_validator
 
-from warpsim.scene.base import Number, Spec, Vec3, mistakes
+from warpsim.scene.base import Mistake, Number, Spec, Vec3, mistakes
 
 
 class Camera(Spec):
@@ -15,5 +15,5 @@ class Camera(Spec):
     @model_validator(mode="after")
     def _looks_somewhere(self):
         if self.eye == self.target:
-            raise mistakes([(("target",), "is where the eye is; the camera must look somewhere")], depends=("eye", "target"))
+            raise mistakes([Mistake(("target",), "is where the eye is; the camera must look somewhere", ("eye", "target"))])
         return self

@@ -8,6 +8,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from warpsim.scene.base import (
     LARGEST_COORDINATE,
     Direction,
+    Mistake,
     Name,
     Number,
     ShortSpec,
@@ -18,7 +19,7 @@ from warpsim.scene.base import (
     mistakes,
     one_of_types,
 )
-from warpsim.scene.strengths import STRENGTH_KEYS, Formula, Keyframes, PositiveStrength, Sine, Strength
+from warpsim.scene.strengths import STRENGTH_KEYS, Formula, Keyframes, PositiveStrength, Sine
 
 Length = Annotated[Number, Field(gt=0.0, le=LARGEST_COORDINATE)]
 
@@ -78,20 +79,22 @@ class Distribution(ShortSpec):
 
     shorthand: ClassVar[str] = "mean"
     mean: Annotated[Number, Field(ge=-LARGEST_COORDINATE, le=LARGEST_COORDINATE)] = Field(description="Mean value.")
-    spread: Number = Field(0.0, ge=0.0, le=LARGEST_COORDINATE, description="uniform: mean - spread to mean + spread; normal: standard deviation.")
+    spread: Number = Field(
+        0.0, ge=0.0, le=LARGEST_COORDINATE, description="uniform: mean - spread to mean + spread; normal: standard deviation."
+    )
     law: Literal["uniform", "normal"] = Field("uniform", description="Law it is drawn from.")
 
 
 def _positive(value: Distribution) -> Distribution:
     if value.mean <= 0.0:
-        raise mistakes([(("mean",), f"must be greater than 0, got {value.mean:g}")])
+        raise mistakes([Mistake(("mean",), f"must be greater than 0, got {value.mean:g}")])
     return value
 
 
 def _positive_throughout(value: Distribution) -> Distribution:
     _positive(value)
     if value.law == "uniform" and value.spread >= value.mean:
-        raise mistakes([(("spread",), f"must be less than the mean {value.mean:g}, so that every value is greater than 0")])
+        raise mistakes([Mistake(("spread",), f"must be less than the mean {value.mean:g}, so that every value is greater than 0")])
     return value
 
 
@@ -107,10 +110,12 @@ class Rate(ShortSpec):
     spread: PositiveStrength = Field(0.0, description="How far births per second stray from the mean [1/s].")
     law: Literal["uniform", "scaled_uniform", "normal", "poisson"] = Field(
         "uniform",
-        description="Law of z: uniform in [-1, 1] (the spread is the largest deviation); scaled_uniform and normal (the spread is the standard "
-        "deviation); poisson ignores the spread.",
+        description="Law of z: uniform in [-1, 1] (the spread is the largest deviation); scaled_uniform and normal (the spread is the "
+        "standard deviation); poisson ignores the spread.",
     )
-    interval: Annotated[Number, Field(gt=0.0, le=1e6)] | None = Field(None, description="Time for which one z holds; default one frame [s].")
+    interval: Annotated[Number, Field(gt=0.0, le=1e6)] | None = Field(
+        None, description="Time for which one z holds; default one frame [s]."
+    )
 
     @classmethod
     def is_short(cls, value: Any) -> bool:
@@ -152,16 +157,15 @@ class Emitter(Spec):
     lifetime: PositiveMean = Field(Distribution(mean=5.0), description="Time from birth to death; drawn values are clipped to above 0 [s].")
     mass: PositiveDistribution = Field(Distribution(mean=1e-3), description="Mass [kg].")
     radius: PositiveDistribution = Field(Distribution(mean=1e-3), description="Radius, for drag by viscosity [m].")
-    start: Annotated[Number, Field(ge=-1e7, le=1e7)] | None = Field(None, description="When the rate starts; absent: from the beginning [s].")
+    start: Annotated[Number, Field(ge=-1e7, le=1e7)] | None = Field(
+        None, description="When the rate starts; absent: from the beginning [s]."
+    )
     stop: Annotated[Number, Field(ge=-1e7, le=1e7)] | None = Field(None, description="When the rate stops; absent: never [s].")
 
     @model_validator(mode="after")
     def _emits(self):
         if self.rate is None and not self.burst:
-            raise mistakes([((), "an emitter needs a rate or a burst, else nothing is ever born")], depends=("rate", "burst"))
+            raise mistakes([Mistake((), "an emitter needs a rate or a burst, else nothing is ever born", ("rate", "burst"))])
         if self.start is not None and self.stop is not None and self.stop <= self.start:
-            raise mistakes([(("stop",), f"must come after start, {self.start:g} s")], depends=("start", "stop"))
+            raise mistakes([Mistake(("stop",), f"must come after start, {self.start:g} s", ("start", "stop"))])
         return self
-
-
-__all__ = ["Burst", "Distribution", "Emitter", "EmitterShape", "Rate", "Strength", "Velocity"]

@@ -4,7 +4,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from warpsim.scene.base import Direction, Name, Number, Spec, Vec3, mistakes, one_of_types
+from warpsim.scene.base import Direction, Mistake, Name, Number, Spec, Vec3, mistakes, one_of_types
 from warpsim.scene.strengths import Strength
 
 
@@ -25,14 +25,17 @@ class Core(Spec):
         description="ideal: C/(2 pi r), singular on the axis; rankine: solid rotation inside the radius; lamb_oseen: C/(2 pi r)(1 - "
         "exp(-r^2/radius^2)); scully: C r/(2 pi (radius^2 + r^2)).",
     )
-    radius: Annotated[Number, Field(gt=0.0, le=1e9)] | None = Field(None, description="Radius of the core; every model but ideal needs it [m].")
+    radius: Annotated[Number, Field(gt=0.0, le=1e9)] | None = Field(
+        None, description="Radius of the core; every model but ideal needs it [m]."
+    )
 
     @model_validator(mode="after")
     def _radius_fits_model(self):
         if self.model == "ideal" and self.radius is not None:
-            raise mistakes([(("radius",), 'the core "ideal" has no radius (take model rankine, lamb_oseen or scully, or leave radius out)')])
+            message = 'the core "ideal" has no radius (take model rankine, lamb_oseen or scully, or leave radius out)'
+            raise mistakes([Mistake(("radius",), message, ("model",))])
         if self.model != "ideal" and self.radius is None:
-            raise mistakes([((), f'the core "{self.model}" needs a radius [m]')], depends=("radius",))
+            raise mistakes([Mistake((), f'the core "{self.model}" needs a radius [m]', ("model", "radius"))])
         return self
 
 
@@ -81,7 +84,9 @@ class Doublet(FlowPrimitive):
     type: Literal["doublet"] = Field("doublet", description="Kind of flow.")
     center: Vec3 = Field((0.0, 0.0, 0.0), description="A point on the line [m].")
     axis: Direction = Field((0.0, 1.0, 0.0), description="Direction of the line, of any length [1].")
-    direction: Direction = Field((1.0, 0.0, 0.0), description="Upstream to downstream, across the axis; its part along the axis is dropped [1].")
+    direction: Direction = Field(
+        (1.0, 0.0, 0.0), description="Upstream to downstream, across the axis; its part along the axis is dropped [1]."
+    )
     strength: Strength = Field(description="Strength U R^2 [m^3/s].")
 
     @model_validator(mode="after")
@@ -90,7 +95,7 @@ class Doublet(FlowPrimitive):
         cross = (ay * dz - az * dy, az * dx - ax * dz, ax * dy - ay * dx)
         square = sum(c * c for c in cross)
         if square <= 1e-12 * (ax * ax + ay * ay + az * az) * (dx * dx + dy * dy + dz * dz):
-            raise mistakes([(("direction",), "is parallel to the axis; it must lie across it")], depends=("axis", "direction"))
+            raise mistakes([Mistake(("direction",), "is parallel to the axis; it must lie across it", ("axis", "direction"))])
         return self
 
 

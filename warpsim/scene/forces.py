@@ -19,7 +19,9 @@ class Attractor(Force):
 
     type: Literal["attractor"] = Field("attractor", description="Kind of force.")
     center: Vec3 = Field((0.0, 0.0, 0.0), description="Where it pulls to [m].")
-    strength: Strength = Field(description="k, in N for law constant, N m^2 for inverse_square, N/m for spring; negative pushes [N, N m^2 or N/m].")
+    strength: Strength = Field(
+        description="k, in N for law constant, N m^2 for inverse_square, N/m for spring; negative pushes [N, N m^2 or N/m]."
+    )
     law: Literal["constant", "inverse_square", "spring"] = Field(
         "constant", description="How it falls off: constant F = k; inverse_square F = k/d^2; spring F = k d."
     )

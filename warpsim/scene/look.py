@@ -6,9 +6,9 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema, field_validator
 from pydantic_core import PydanticCustomError
 
-from warpsim.scene.base import Number, ShortSpec, Spec, mistakes
+from warpsim.scene.base import Mistake, Number, ShortSpec, Spec, mistakes
 
-Life = Annotated[Number, Field(ge=0.0, le=1.0)]
+Life = Annotated[Number, Field(ge=0.0, le=1.0, description="Age over lifetime [1].")]
 Share = Annotated[Number, Field(ge=0.0, le=1.0)]
 _HEX = re.compile(r"#(?:[0-9a-fA-F]{3}|[0-9a-fA-F]{6}|[0-9a-fA-F]{8})\Z")
 
@@ -48,7 +48,7 @@ Color = Annotated[
 
 def _rise(value: tuple) -> tuple:
     found = [
-        ((k, 0), f"stops must rise: {value[k][0]:g} does not come after {value[k - 1][0]:g}")
+        Mistake((k, 0), f"stops must rise: {value[k][0]:g} does not come after {value[k - 1][0]:g}")
         for k in range(1, len(value))
         if value[k][0] <= value[k - 1][0]
     ]

@@ -1,6 +1,7 @@
 """The tree of a YAML text: plain values that know where they stand."""
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from warpsim.scene.problems import Problem
@@ -84,3 +85,30 @@ def _data(node: Node, known: dict[int, Any]) -> Any:
         else:
             known[id(node)] = {key: _data(value, known) for key, (_, value) in node.entries.items()}
     return known[id(node)]
+
+
+def edited(root: Node, path: tuple[str | int, ...], change: Callable[[Node], Node | None]) -> Node:
+    """Return the tree with the node at a path changed, or taken out where `change` returns None; the given tree stays as it is.
+
+    A path that leads nowhere changes nothing.
+    """
+    if not path:
+        return change(root) or root
+    part, rest = path[0], path[1:]
+    if isinstance(root, Mapping) and part in root.entries:
+        key, value = root.entries[part]
+        new = edited(value, rest, change) if rest else change(value)
+        if new is value:
+            return root
+        entries = dict(root.entries)
+        if new is None:
+            del entries[part]
+        else:
+            entries[part] = (key, new)
+        return replace(root, entries=entries)
+    if isinstance(root, Sequence) and isinstance(part, int) and 0 <= part < len(root.items):
+        new = edited(root.items[part], rest, change) if rest else change(root.items[part])
+        if new is root.items[part]:
+            return root
+        return replace(root, items=[*root.items[:part], *([] if new is None else [new]), *root.items[part + 1 :]])
+    return root

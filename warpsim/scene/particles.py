@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from warpsim.scene.base import Name, Number, Spec, Truth, WholeNumber, form_by_key, mistakes, one_of_forms, one_of_types
+from warpsim.scene.base import Mistake, Name, Number, Spec, Truth, WholeNumber, form_by_key, mistakes, one_of_forms, one_of_types
 from warpsim.scene.emitters import Emitter
 from warpsim.scene.look import Look
 
@@ -69,7 +69,9 @@ class Particles(System):
     """Particles that are born at emitters, move independently of each other, and die."""
 
     type: Literal["particles"] = Field("particles", description="Kind of system.")
-    capacity: WholeNumber = Field(100_000, ge=1, le=2**27, description="Most particles alive at once; births beyond it are refused and counted [1].")
+    capacity: WholeNumber = Field(
+        100_000, ge=1, le=2**27, description="Most particles alive at once; births beyond it are refused and counted [1]."
+    )
     solver: Solver | None = Field(
         None, description="Method of integration; absent: semi_implicit_euler, or rk4 for tracers (which take euler or rk4 only)."
     )
@@ -92,22 +94,24 @@ class Particles(System):
         if self.motion == "ballistic":
             for key in ("solver", "coupling"):
                 if getattr(self, key) is not None:
-                    found.append(((key,), f"motion: ballistic is computed in closed form and takes no {key} (leave it out, or take motion: dynamic)"))
+                    message = f"motion: ballistic is computed in closed form and takes no {key} (leave it out, or take motion: dynamic)"
+                    found.append(Mistake((key,), message, ("motion", key)))
         elif self.coupling == "tracer" and self.solver not in (None, *TRACER_SOLVERS):
-            found.append((("solver",), f"a tracer has no velocity of its own: its solver is euler or rk4, not {self.solver}"))
+            message = f"a tracer has no velocity of its own: its solver is euler or rk4, not {self.solver}"
+            found.append(Mistake(("solver",), message, ("solver", "coupling", "motion")))
         found += repeated_names("emitters", self.emitters)
         if found:
-            raise mistakes(found, depends=("motion", "solver", "coupling"))
+            raise mistakes(found)
         return self
 
 
-def repeated_names(key: str, entries: tuple[Any, ...]) -> list[tuple[tuple[str | int, ...], str]]:
+def repeated_names(key: str, entries: tuple[Any, ...]) -> list[Mistake]:
     """Return a mistake for each entry whose name an earlier entry of the list has."""
     first: dict[str, int] = {}
     found = []
     for k, entry in enumerate(entries):
         if entry.name is not None and first.setdefault(entry.name, k) != k:
-            found.append(((key, k, "name"), f'the name "{entry.name}" is taken by {key}.{first[entry.name]}'))
+            found.append(Mistake((key, k, "name"), f'the name "{entry.name}" is taken by {key}.{first[entry.name]}', (key,)))
     return found
 
 

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from warpsim.scene.base import Name, Number, Spec, Vec3, WholeNumber, mistakes
+from warpsim.scene.base import Mistake, Name, Number, Spec, Vec3, WholeNumber, mistakes
 from warpsim.scene.camera import Camera
 from warpsim.scene.flow import FlowUnion
 from warpsim.scene.forces import ForceUnion
@@ -16,7 +16,9 @@ from warpsim.scene.timing import Time
 class Limits(Spec):
     """What a run may use, and what happens when it blows up."""
 
-    memory: Annotated[Number, Field(gt=0.0, le=1e6)] | None = Field(None, description="Most memory a run may take; absent: what is free [GiB].")
+    memory: Annotated[Number, Field(gt=0.0, le=1e6)] | None = Field(
+        None, description="Most memory a run may take; absent: what is free [GiB]."
+    )
     extent: Number = Field(1e6, gt=0.0, le=1e9, description="Distance from the origin beyond which a run counts as unstable [m].")
     unstable: Literal["stop", "reset", "kill"] = Field(
         "stop", description="When unstable: stop with the last good state; reset to frame 0; kill the particles concerned."
@@ -44,22 +46,21 @@ class Scene(Spec):
             for key, entries in (("flow", self.flow), ("forces", self.forces)):
                 found += _unknown_entries(("systems", name, "feels", key), key, getattr(system.feels, key), entries)
             if isinstance(system, Particles) and system.motion == "ballistic" and self.forces and system.feels.forces not in (False, ()):
-                at = ("systems", name, "motion")
-                found.append((at, "motion: ballistic knows gravity only, but the scene has forces (add feels: {forces: false} to ignore them)"))
+                message = "motion: ballistic knows gravity only, but the scene has forces (add feels: {forces: false} to ignore them)"
+                found.append(Mistake(("systems", name, "motion"), message, ("forces",)))
         if found:
-            raise mistakes(found, depends=("flow", "forces"))
+            raise mistakes(found)
         return self
 
 
-def _unknown_entries(path: tuple[str, ...], key: str, selection, entries) -> list[tuple[tuple[str | int, ...], str]]:
+def _unknown_entries(path: tuple[str, ...], key: str, selection, entries) -> list[Mistake]:
     """Return a mistake for each selected name or number that the list does not have."""
     found = []
     names = [entry.name for entry in entries if entry.name]
     for k, wanted in enumerate(selection if isinstance(selection, tuple) else ()):
         if isinstance(wanted, int) and wanted >= len(entries):
-            found.append(((*path, k), f"there is no {key}.{wanted}: the scene has {len(entries)}, counted from 0"))
+            found.append(Mistake((*path, k), f"there is no {key}.{wanted}: the scene has {len(entries)}, counted from 0", (key,)))
         elif isinstance(wanted, str) and wanted not in names:
-            guess = nearest(wanted, names)
-            hint = f"did you mean {guess}?" if guess else f"names in {key}: {', '.join(names)}" if names else f"no entry of {key} has a name"
-            found.append(((*path, k), f'there is no "{wanted}" in {key} ({hint})'))
+            known = f"names in {key}: {', '.join(names)}" if names else f"no entry of {key} has a name"
+            found.append(Mistake((*path, k), f'there is no "{wanted}" in {key}; {known}', (key,), nearest(wanted, names)))
     return found

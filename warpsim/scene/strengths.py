@@ -5,11 +5,11 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, Field, field_validator
 from pydantic_core import PydanticCustomError
 
-from warpsim.scene.base import LARGEST_STRENGTH, Number, Spec, form_by_key, is_number, mistakes, one_of_forms
+from warpsim.scene.base import LARGEST_STRENGTH, Mistake, Number, Spec, form_by_key, is_number, mistakes, one_of_forms
 from warpsim.scene.expressions import ExpressionError, compile_expression
 
 Amount = Annotated[Number, Field(ge=-LARGEST_STRENGTH, le=LARGEST_STRENGTH)]
-Moment = Annotated[Number, Field(ge=-1e7, le=1e7)]
+Moment = Annotated[Number, Field(ge=-1e7, le=1e7, description="Time [s].")]
 
 
 class Keyframes(Spec):
@@ -23,7 +23,7 @@ class Keyframes(Spec):
     @classmethod
     def _times_rise(cls, value):
         found = [
-            ((k, 0), f"times must rise: {value[k][0]:g} s does not come after {value[k - 1][0]:g} s")
+            Mistake((k, 0), f"times must rise: {value[k][0]:g} s does not come after {value[k - 1][0]:g} s")
             for k in range(1, len(value))
             if value[k][0] <= value[k - 1][0]
         ]
@@ -80,9 +80,9 @@ Strength = one_of_forms({"number": Amount, "keyframes": Keyframes, "sine": Sine,
 
 def _not_negative(value: Any) -> Any:
     if isinstance(value, Keyframes):
-        found = [(("keyframes", k, 1), "must not be negative") for k, (_, amount) in enumerate(value.keyframes) if amount < 0.0]
+        found = [Mistake(("keyframes", k, 1), "must not be negative") for k, (_, amount) in enumerate(value.keyframes) if amount < 0.0]
     else:
-        found = [((), "must not be negative")] if is_number(value) and value < 0.0 else []
+        found = [Mistake((), f"must not be negative, got {value:g}")] if is_number(value) and value < 0.0 else []
     if found:
         raise mistakes(found)
     return value

@@ -27,7 +27,11 @@ _INTEGER = re.compile(r"[-+]?[0-9]+\Z")
 _OTHER_BASE = re.compile(r"0o[0-7]+\Z|0x[0-9a-fA-F]+\Z")
 _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?\Z")
 _NOT_FINITE = re.compile(r"[-+]?\.(?:inf|Inf|INF)\Z|\.(?:nan|NaN|NAN)\Z")
-_WORDS = {word: value for value, forms in ((None, "~ null Null NULL"), (True, "true True TRUE"), (False, "false False FALSE")) for word in forms.split()}
+_WORDS = {
+    word: value
+    for value, forms in ((None, "~ null Null NULL"), (True, "true True TRUE"), (False, "false False FALSE"))
+    for word in forms.split()
+}
 _WORDS[""] = None
 
 
@@ -124,7 +128,11 @@ class _Tree:
 
     def _where(self, event) -> dict:
         start, end = event.start_mark, event.end_mark
-        width = end.column - start.column if end.line == start.line else len(self.source.lines[min(start.line, len(self.source.lines) - 1)]) - start.column
+        width = (
+            end.column - start.column
+            if end.line == start.line
+            else len(self.source.lines[min(start.line, len(self.source.lines) - 1)]) - start.column
+        )
         return {"source": self.source, "line": start.line, "column": start.column, "width": max(1, width)}
 
     def _begin(self, event) -> None:

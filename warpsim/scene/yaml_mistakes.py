@@ -7,24 +7,36 @@ from warpsim.scene.problems import Problem
 
 # libyaml's words -> (ours, whether the beginning of the enclosing thing is the likelier place than where the parser gave up).
 _WORDS = {
-    "mapping values are not allowed in this context": ('a second ":" in one line, or wrong indentation; put text that contains ": " in quotes', False),
+    "mapping values are not allowed in this context": (
+        'a second ":" in one line, or wrong indentation; put text that contains ": " in quotes',
+        False,
+    ),
     "could not find expected ':'": ('expected "key: value"; is a ":" missing, or a quote or bracket not closed?', True),
-    "did not find expected key": ("expected a key here: align it with the keys of its mapping, and close brackets and quotes before it", False),
+    "did not find expected key": (
+        "expected a key here: align it with the keys of its mapping, and close brackets and quotes before it",
+        False,
+    ),
     "did not find expected '-' indicator": ('expected "- " here: align it with the entries of its list', False),
     "did not find expected ',' or ']'": ('this "[" is not closed, or a comma is missing in the list', True),
     "did not find expected ',' or '}'": ('this "{" is not closed, or a comma is missing in the mapping', True),
     "found unexpected end of stream": ("this quote is never closed", True),
     "found unexpected document indicator": ("this quote is never closed", True),
-    "did not find expected alphabetic or numeric character": ('a name is expected after "*" or "&"; put text that begins so in quotes', False),
-    "found unknown escape character": (r'unknown escape in double quotes: write \\ for a backslash, or use single quotes', False),
-    "did not find expected hexdecimal number": (r'expected hexadecimal digits after \x or \u; write \\ for a backslash', False),
+    "did not find expected alphabetic or numeric character": (
+        'a name is expected after "*" or "&"; put text that begins so in quotes',
+        False,
+    ),
+    "found unknown escape character": (r"unknown escape in double quotes: write \\ for a backslash, or use single quotes", False),
+    "did not find expected hexdecimal number": (r"expected hexadecimal digits after \x or \u; write \\ for a backslash", False),
     "found invalid Unicode character escape code": ("the escape is no valid character", False),
     "block sequence entries are not allowed in this context": ('"- " cannot begin a list here; put it on a line of its own', False),
     "block mapping entries are not allowed in this context": ('"? " cannot stand here; put text that begins so in quotes', False),
     "mapping keys are not allowed in this context": ('"? " cannot stand here; put text that begins so in quotes', False),
     "did not find expected node content": ("a value is missing here", False),
     "did not find expected <document start>": ('expected "key: value" here; the file must be one mapping', False),
-    "did not find expected comment or line break": ('expected the end of the line after "|" or ">"; put text that begins so in quotes', False),
+    "did not find expected comment or line break": (
+        'expected the end of the line after "|" or ">"; put text that begins so in quotes',
+        False,
+    ),
     "found a tab character where an indentation space is expected": ("a tab cannot indent; use spaces", False),
     "found a tab character that violate indentation": ("a tab cannot indent; use spaces", False),
     "found a tab character that violates indentation": ("a tab cannot indent; use spaces", False),
