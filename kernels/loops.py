@@ -51,7 +51,7 @@ PROLOGUE = """
     #define EACH(...) for (int i = 0; i < B; ++i) { const float h = H[i], k = K[i]; __VA_ARGS__ }
     #define ADD(F, value) { const vec r = value; F[0][i] += r[0]; F[1][i] += r[1]; F[2][i] += r[2]; }
     #define FLOW(formula) for (int i = 0; i < B; ++i) { const vec x = GET(X); ADD(U, formula) }
-    #define FORCE(formula) for (int i = 0; i < B; ++i) { const vec x = GET(X), f = formula; ADD(A, vec(f[0] * W[i], f[1] * W[i], f[2] * W[i])) }
+    #define FORCE(formula) for (int i = 0; i < B; ++i) { const vec x = GET(X), w(W[i], W[i], W[i]); ADD(A, wp::cw_mul(formula, w)) }
     auto flow = [&](int moment) {
         for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) U[c][i] = 0.0f;
         for (int j = 0; j < environment.flow.shape[1]; ++j) {
