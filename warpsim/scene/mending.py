@@ -7,7 +7,7 @@ from warpsim.scene.fields import types_of
 from warpsim.scene.nearest import nearest
 from warpsim.scene.nodes import Mapping, Node, Scalar, edited
 from warpsim.scene.pointing import Place, point_at
-from warpsim.scene.wording import meant_key
+from warpsim.scene.wording import is_misspelled, meant_key
 
 
 def mend(root: Node, errors: list[dict[str, Any]], places: list[Place], dropped: set[tuple[str | int, ...]]) -> Node:
@@ -15,20 +15,26 @@ def mend(root: Node, errors: list[dict[str, Any]], places: list[Place], dropped:
 
     Returns `root` itself where nothing can be mended.
     """
+    wrong: set[tuple[str | int, ...]] = set()
+    before = root
     for error, place in zip(errors, places, strict=True):
         if error["type"] == "extra_forbidden":
-            root = _without_unknown_key(root, place, dropped)
+            root = _without_unknown_key(root, place, wrong)
         elif error["type"] == "union_tag_invalid" and (guess := _meant_type(place)):
             root = edited(root, (*place.path, "type"), lambda node, guess=guess: replace(node, value=guess, text=guess))
         elif error["type"] == "rule":
             for mistake in error["ctx"]["found"]:
-                root = _dropped(root, point_at(root, (*error["loc"], *mistake.path)), dropped)
-        else:
-            root = _dropped(root, place, dropped)
+                _drop(point_at(root, (*error["loc"], *mistake.path)), wrong)
+        elif error["type"] != "missing" or not is_misspelled(error["loc"], place, before):
+            _drop(place, wrong)
+    # Later entries of a list first, so that the places of the earlier ones still hold.
+    for path in sorted(wrong, key=lambda path: [(isinstance(part, int), part) for part in path], reverse=True):
+        root = edited(root, path, lambda node: None)
+    dropped |= wrong
     return root
 
 
-def _without_unknown_key(root: Node, place: Place, dropped: set) -> Node:
+def _without_unknown_key(root: Node, place: Place, wrong: set) -> Node:
     *parent, word = place.path
     guess = meant_key(place, root)
 
@@ -37,12 +43,13 @@ def _without_unknown_key(root: Node, place: Place, dropped: set) -> Node:
             return node
         entries = dict(node.entries)
         key, value = entries.pop(word)
-        if guess and guess not in entries:
+        if guess not in entries:
             entries[guess] = (key, value)
         return replace(node, entries=entries)
 
     if guess is None:
-        dropped.add(place.path)
+        wrong.add(place.path)
+        return root
     return edited(root, tuple(parent), change)
 
 
@@ -51,10 +58,8 @@ def _meant_type(place: Place) -> str | None:
     return nearest(given.value, types_of(place.slot)) if isinstance(given, Scalar) and isinstance(given.value, str) else None
 
 
-def _dropped(root: Node, place: Place, dropped: set) -> Node:
+def _drop(place: Place, wrong: set) -> None:
     for length in range(len(place.path), 0, -1):
         if place.removable[length - 1]:
-            path = place.path[:length]
-            dropped.add(path)
-            return edited(root, path, lambda node: None)
-    return root
+            wrong.add(place.path[:length])
+            return

@@ -8,6 +8,7 @@ from pydantic import ValidationError
 
 from warpsim.scene.mending import mend
 from warpsim.scene.nodes import Mapping
+from warpsim.scene.overrides import OVERRIDE
 from warpsim.scene.pointing import point_at
 from warpsim.scene.problems import Problem, SceneError
 from warpsim.scene.scene import Scene
@@ -42,7 +43,8 @@ def validate(root: Mapping, problems: list[Problem]) -> Scene:
 
 def _order(problem: Problem) -> tuple:
     # Mistakes of the file by place, then those of the overrides.
-    return (problem.file.startswith("--set"), problem.file, problem.line, problem.column)
+    override = problem.file.startswith(OVERRIDE)
+    return (int(problem.file.removeprefix(OVERRIDE)) if override else 0, problem.line, problem.column)
 
 
 def _not_yet_told(more: list[Problem], found: list[Problem]) -> list[Problem]:

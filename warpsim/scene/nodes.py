@@ -62,6 +62,12 @@ class Sequence(Node):
     """A list."""
 
     items: list[Node] = field(default_factory=list)
+    numbers: list[int] | None = None
+    """Number of each entry in the text, where entries have been taken out."""
+
+    def number_of(self, index: int) -> int:
+        """Return the number that an entry has in the text."""
+        return self.numbers[index] if self.numbers else index
 
 
 @dataclass(eq=False)
@@ -110,5 +116,8 @@ def edited(root: Node, path: tuple[str | int, ...], change: Callable[[Node], Nod
         new = edited(root.items[part], rest, change) if rest else change(root.items[part])
         if new is root.items[part]:
             return root
-        return replace(root, items=[*root.items[:part], *([] if new is None else [new]), *root.items[part + 1 :]])
+        if new is not None:
+            return replace(root, items=[*root.items[:part], new, *root.items[part + 1 :]])
+        left = [index for index in range(len(root.items)) if index != part]
+        return replace(root, items=[root.items[index] for index in left], numbers=[root.number_of(index) for index in left])
     return root

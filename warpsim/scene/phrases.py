@@ -9,10 +9,11 @@ from warpsim.scene.fields import Slot, bounds_of, fixed_length, forms, has_free_
 from warpsim.scene.nodes import Mapping, Node, Scalar, Sequence
 
 _SHORT = 60
+_FAR_OUT = 1e9
 
 
-def in_words(slot: Slot) -> str:
-    """Say what may stand at a slot: "a number", "a list of 3 numbers", "a number or a mapping {mean, spread, law}"."""
+def in_words(slot: Slot, with_unit: bool = False) -> str:
+    """Say what may stand at a slot: "a number", "a list of 3 numbers", "a number [s] or a mapping {mean, spread, law}"."""
     words: list[str] = []
     kinds = types_of(slot)
     if kinds:
@@ -20,7 +21,8 @@ def in_words(slot: Slot) -> str:
     for _, form in forms(slot):
         if spec_of(form) is None or not kinds:
             words += _form_in_words(form)
-    return _any_of(list(dict.fromkeys(words)))
+    unit = f" [{slot.unit}]" if with_unit and unit_in_words(slot) else ""
+    return _any_of([word + unit if word.endswith(("number", "numbers", "strengths")) else word for word in dict.fromkeys(words)])
 
 
 def _any_of(words: list[str]) -> str:
@@ -31,7 +33,8 @@ def _form_in_words(form: Slot) -> list[str]:
     spec = spec_of(form)
     if spec is not None:
         bare = _bare_in_words(spec) if issubclass(spec, ShortSpec) else []
-        return [*bare, "a mapping {" + ", ".join(keys_of(spec)) + "}"]
+        keys = list(keys_of(spec))
+        return [*bare, f"{{{keys[0]}: …}}" if len(keys) == 1 else f"a mapping {{{', '.join(keys)}}}"]
     origin = get_origin(form.annotation)
     if origin is Literal:
         return [f'"{word}"' for word in get_args(form.annotation)]
@@ -90,9 +93,11 @@ def number(value: float) -> str:
     return str(int(value)) if float(value).is_integer() and abs(value) < 1e6 else f"{value:g}"
 
 
-def range_in_words(slot: Slot) -> str:
-    """Say the range of a number: "from 1 to 100", "greater than 0", with its unit."""
+def range_in_words(slot: Slot, broken: str = "") -> str:
+    """Say the range of a number: "from 1 to 100", "greater than 0 s". A bound far out is left out unless it is the broken one."""
+    kinds = {"greater_than": "gt", "greater_than_equal": "ge", "less_than": "lt", "less_than_equal": "le"}
     bounds = next((found for _, form in forms(slot) if (found := bounds_of(form))), {})
+    bounds = {word: bound for word, bound in bounds.items() if abs(bound) < _FAR_OUT or word == kinds.get(broken)}
     if "ge" in bounds and "le" in bounds:
         words = f"from {number(bounds['ge'])} to {number(bounds['le'])}"
     else:
@@ -134,7 +139,7 @@ def _mended_text(node: Scalar, slot: Slot, wants_number: bool) -> str | None:
             return text.replace(",", ".")
         if re.fullmatch(r"[-+]?\d{1,3}(_\d{3})+(\.\d+)?", text):
             return text.replace("_", "")
-        measured = re.fullmatch(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?:[A-Za-zµ°%²³/*^]+[-0-9/*^A-Za-z²³ ]*)", text)
+        measured = re.fullmatch(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*[A-Za-zµ°%][-0-9/*^A-Za-z²³ ]*", text)
         if measured:
             return f"{measured.group(1)}, without the unit"
     if any("expression" in keys_of(spec) for spec in specs_of(slot)) and _is_expression(text):

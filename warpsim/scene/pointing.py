@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from warpsim.scene.base import is_tag
-from warpsim.scene.fields import Slot, child_of, has_free_keys, scene_slot
+from warpsim.scene.fields import Slot, child_of, has_free_keys, is_list, scene_slot, specs_of
 from warpsim.scene.nodes import Mapping, Node, Scalar, Sequence
 
 
@@ -15,17 +15,14 @@ class Place:
     key: Scalar | None
     """The node's key, where it is a mapping's value."""
     path: tuple[str | int, ...]
-    """Path of the node in the text."""
+    """Path of the node in the tree."""
+    dotted: str
+    """The path as the user has it in the text."""
     slot: Slot
     owner: Slot
     """Slot of what holds the last part of the error's path."""
     removable: tuple[bool, ...]
     """For each part of `path`, whether the scene stays complete without it."""
-
-    @property
-    def dotted(self) -> str:
-        """The path as a user writes it."""
-        return ".".join(map(str, self.path))
 
 
 def point_at(root: Node, location: tuple[str | int, ...]) -> Place:
@@ -33,6 +30,7 @@ def point_at(root: Node, location: tuple[str | int, ...]) -> Place:
     node, key, slot = root, None, scene_slot()
     owner = slot
     path: list[str | int] = []
+    shown: list[str] = []
     removable: list[bool] = []
     for part in location:
         if isinstance(part, str) and is_tag(part):
@@ -43,14 +41,22 @@ def point_at(root: Node, location: tuple[str | int, ...]) -> Place:
         child = child_of(slot, part)
         below = _below(node, part)
         if below is not None:
-            own = child is not None and child.field is not slot.field
-            removable.append(child is None or has_free_keys(slot) or (own and not child.required))
+            removable.append(_removable(slot, child))
+            shown.append(str(node.number_of(part) if isinstance(node, Sequence) else part))
             key, node = below
             path.append(part)
         owner, slot = slot, child or slot
     if location and location[-1] == "[key]" and key is not None:
         node = key
-    return Place(node, key, tuple(path), slot, owner, tuple(removable))
+    return Place(node, key, tuple(path), ".".join(shown), slot, owner, tuple(removable))
+
+
+def _removable(slot: Slot, child: Slot | None) -> bool:
+    if child is None or has_free_keys(slot):
+        return True
+    if is_list(slot):
+        return bool(specs_of(child))  # an entry that is a mapping; numbers belong together
+    return child.field is not slot.field and not child.required
 
 
 def _below(node: Node, part: str | int) -> tuple[Scalar | None, Node] | None:

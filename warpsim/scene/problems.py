@@ -25,8 +25,11 @@ class Problem:
     def headline(self) -> str:
         """`file:line:col: path: what is wrong (did you mean …?)` on one line."""
         place = ":".join(str(part) for part in (self.file, self.line, self.column) if part)
-        hint = f" (did you mean {self.suggestion}?)" if self.suggestion else ""
-        return ": ".join(part for part in (place, self.path, self.message + hint) if part)
+        message = self.message
+        if self.suggestion:
+            hint = f"did you mean {self.suggestion}?"
+            message = f"{message[:-1]}; {hint})" if message.endswith(")") else f"{message} ({hint})"
+        return ": ".join(part for part in (place, self.path, message) if part)
 
     def __str__(self) -> str:
         if not self.source_line.strip():

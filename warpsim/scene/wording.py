@@ -27,7 +27,7 @@ def word(error: dict[str, Any], place: Place, root: Node, dropped: set[tuple[str
     if kind in _KINDS_OF_VALUE:
         return [_wrong_kind(place)]
     if kind in ("greater_than", "greater_than_equal", "less_than", "less_than_equal"):
-        return [_problem(place, f"must be {range_in_words(place.slot)}, got {found_in_words(place.node)}")]
+        return [_problem(place, f"must be {range_in_words(place.slot, kind)}, got {found_in_words(place.node)}")]
     return [_problem(place, error["msg"])]
 
 
@@ -43,20 +43,24 @@ def _problem(place: Place, message: str, suggestion: str | None = None) -> Probl
 
 def _wrong_kind(place: Place) -> Problem:
     slot = place.slot
-    unit = f" [{slot.unit}]" if unit_in_words(slot) else ""
-    return _problem(place, f"expected {in_words(slot)}{unit}, got {found_in_words(place.node)}", mended(place.node, slot))
+    return _problem(place, f"expected {in_words(slot, with_unit=True)}, got {found_in_words(place.node)}", mended(place.node, slot))
 
 
 def _rule(error: dict[str, Any], place: Place, root: Node, dropped: set) -> list[Problem]:
     problems = []
     for mistake in error["ctx"]["found"]:
         reads = [(*place.path, key) for key in mistake.depends]
-        if any(path[: len(read)] == read and (path == read or path[-1] == "name") for path in dropped for read in reads):
+        if any(_spoils(path, read) for path in dropped for read in reads):
             continue
         at = point_at(root, (*error["loc"], *mistake.path))
         if not at.node.reported:
             problems.append(_problem(at, mistake.message, mistake.suggestion))
     return problems
+
+
+def _spoils(path: tuple[str | int, ...], read: tuple[str | int, ...]) -> bool:
+    """Tell whether leaving out `path` changes what a rule reads at `read`: the value, an entry of the list, or an entry's name."""
+    return path[: len(read)] == read and (len(path) - len(read) <= 1 or path[-1] == "name")
 
 
 def _unknown_key(error: dict[str, Any], place: Place, root: Node) -> Problem:
@@ -109,16 +113,22 @@ def _elsewhere(word: str, place: Place, root: Node) -> tuple[str, bool] | None:
     return None
 
 
+def is_misspelled(location: tuple[str | int, ...], place: Place, root: Node) -> bool:
+    """Tell whether the key that is missing at the end of an error's path is there under a misspelled name."""
+    for other in place.node.entries if isinstance(place.node, Mapping) else ():
+        at = point_at(root, (*location[:-1], other))
+        if other not in _keys(at.owner) and meant_key(at, root) == location[-1]:
+            return True
+    return False
+
+
 def _missing(error: dict[str, Any], place: Place, root: Node) -> Problem | None:
     part = error["loc"][-1]
     if isinstance(part, int):
         return _wrong_length(place)
-    if isinstance(place.node, Mapping):
-        for other in place.node.entries:
-            at = point_at(root, (*error["loc"][:-1], other))
-            if other not in _keys(at.owner) and meant_key(at, root) == part:
-                return None  # the misspelled key is reported
-    elif isinstance(place.node, Scalar) and place.node.value is None:
+    if is_misspelled(error["loc"], place, root):
+        return None  # the misspelled key is reported
+    if isinstance(place.node, Scalar) and place.node.value is None:
         return _problem(place, f"expected {in_words(place.owner)}, got nothing")
     described = f": {place.slot.prose.rstrip('.')}" if place.slot.prose else ""
     unit = f" [{place.slot.unit}]" if unit_in_words(place.slot) else ""
