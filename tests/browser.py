@@ -123,8 +123,9 @@ class Page:
 
     def visit(self, url: str) -> None:
         """Go to `url` and wait until its document has loaded."""
+        self.run("window.stale = true")
         self.command("Page.navigate", url=url)
-        self.wait_for("document.readyState === 'complete' && location.href !== 'about:blank'")
+        self.wait_for("window.stale === undefined && document.readyState === 'complete'")
 
     def reload(self) -> None:
         """Load the page again and wait until its document has loaded."""

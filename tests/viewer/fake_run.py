@@ -5,10 +5,13 @@ from types import SimpleNamespace
 import numpy as np
 
 
-def fake_scene(systems: dict[str, tuple[str, str]], camera: SimpleNamespace | None = None, name: str = "Fake") -> SimpleNamespace:
-    """Return a scene whose `systems` map a name to its look: (shape, blend)."""
-    looks = {key: SimpleNamespace(look=SimpleNamespace(as_=shape, blend=blend)) for key, (shape, blend) in systems.items()}
-    return SimpleNamespace(name=name, camera=camera, systems=looks)
+def fake_scene(
+    systems: dict[str, tuple[str, str]], camera: SimpleNamespace | None = None, name: str = "Fake", gray: float = 0.5
+) -> SimpleNamespace:
+    """Return a scene whose `systems` map a name to its look (shape, blend), all of one gray."""
+    color = SimpleNamespace(stops=((0.0, (gray, gray, gray, 1.0)),))
+    looks = {key: SimpleNamespace(as_=shape, blend=blend, color=color) for key, (shape, blend) in systems.items()}
+    return SimpleNamespace(name=name, camera=camera, systems={key: SimpleNamespace(look=look) for key, look in looks.items()})
 
 
 class FakeSystem:

@@ -48,8 +48,7 @@ def test_the_frame_number_wraps_rather_than_fail():
 
 
 def test_commands_are_meshcats_and_cannot_be_taken_for_frames():
-    camera = fake_scene({}).camera
-    commands = stage_commands(fake_scene({"a/b": ("sprites", "additive"), "<b>": ("points", "alpha")}, camera, 'x"</script>'))
+    commands = stage_commands(fake_scene({"a/b": ("sprites", "additive"), "<b>": ("points", "alpha")}, None, 'x"</script>'))
     assert all(command[0] != 0xC1 for command in commands)
     read = [umsgpack.unpackb(command) for command in commands]
     assert {c["type"] for c in read} == {"delete", "set_property", "set_transform", "warpsim_scene", "warpsim_cloud"}
@@ -59,10 +58,16 @@ def test_commands_are_meshcats_and_cannot_be_taken_for_frames():
 
 
 @pytest.mark.parametrize(
-    ("systems", "sky"), [({"a": ("sprites", "additive")}, "night"), ({"a": ("points", "alpha")}, "day"), ({}, "night")]
+    ("systems", "gray", "sky"),
+    [
+        ({"sparks": ("sprites", "additive"), "stones": ("points", "alpha")}, 0.5, "night"),
+        ({"stones": ("points", "alpha")}, 0.5, "day"),
+        ({"snow": ("sprites", "alpha")}, 0.95, "dusk"),
+        ({}, 0.5, "night"),
+    ],
 )
-def test_light_gets_the_night(systems, sky):
-    read = [umsgpack.unpackb(command) for command in stage_commands(fake_scene(systems))]
+def test_the_sky_suits_what_is_shown(systems, gray, sky):
+    read = [umsgpack.unpackb(command) for command in stage_commands(fake_scene(systems, gray=gray))]
     assert [c["sky"] for c in read if c["type"] == "warpsim_scene"] == [sky]
 
 

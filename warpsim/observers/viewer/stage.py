@@ -6,11 +6,13 @@ from warpsim.observers.viewer.protocol import pack_command
 ROOT = "/warpsim"
 _Y_UP_TO_Z_UP = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 
-# Light that adds up needs the night; everything else reads best on paper.  Top and bottom color of a vertical gradient.
-_BACKGROUNDS = {
+# Top and bottom color of a vertical gradient.
+_SKIES = {
     "night": ([0.020, 0.026, 0.043], [0.055, 0.050, 0.055]),
+    "dusk": ([0.14, 0.19, 0.27], [0.42, 0.48, 0.55]),
     "day": ([0.78, 0.85, 0.92], [0.965, 0.960, 0.945]),
 }
+_PALE = 0.75  # luma from which a thing is lost against the day
 
 
 def stage_commands(scene) -> list[bytes]:
@@ -19,8 +21,8 @@ def stage_commands(scene) -> list[bytes]:
     Reads the scene's name, camera and the look of each system.  System number n draws what comes in slot n.
     """
     looks = [(name, system.look) for name, system in scene.systems.items()]
-    sky = "night" if any(look.blend == "additive" for _, look in looks) or not looks else "day"
-    top, bottom = _BACKGROUNDS[sky]
+    sky = _sky([look for _, look in looks])
+    top, bottom = _SKIES[sky]
     commands = [
         {"type": "delete", "path": ROOT},
         {"type": "set_property", "path": "/Background", "property": "top_color", "value": top},
@@ -43,6 +45,15 @@ def stage_commands(scene) -> list[bytes]:
             }
         )
     return [pack_command(command) for command in commands]
+
+
+def _sky(looks: list) -> str:
+    """Light that adds up needs the night, pale things the dusk; all else reads best by day."""
+    if not looks or any(look.blend == "additive" for look in looks):
+        return "night"
+    colors = [color for look in looks for _, color in look.color.stops]
+    luma = [0.299 * red + 0.587 * green + 0.114 * blue for red, green, blue, _ in colors]
+    return "dusk" if sum(luma) >= _PALE * len(luma) else "day"
 
 
 def _camera(camera) -> dict | None:

@@ -2,14 +2,14 @@
 "use strict";
 
 class Cloud {
-  constructor(name, shape, blend) {
+  constructor(name, shape, blend, inFloats) {
     const T = MeshCat.THREE;
     this.name = name;
     this.count = 0;      // points drawn
     this.live = 0;       // particles alive
     this.capacity = 0;   // points that the buffers hold
     this.fresh = false;  // buffers of this capacity are not yet on the graphics card
-    this.points = new T.Points(new T.BufferGeometry(), Looks.material(shape, blend));
+    this.points = new T.Points(new T.BufferGeometry(), Looks.material(shape, blend, inFloats));
     this.points.name = name;
     this.points.frustumCulled = false;              // its bounding sphere would be of some past frame
     this.points.renderOrder = blend === "additive" ? 1 : 0;

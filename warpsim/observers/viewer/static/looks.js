@@ -38,14 +38,12 @@ const Looks = (() => {
     varying vec4 tint;
     varying float pixels;`;
 
-  // A hot heart in a wide veil.  Both end smoothly at the rim, so that no disc shows.
+  // Bell-shaped: it ends smoothly at the rim, so that no disc shows.
   const GLOW = `${HEAD}
     void main() {
       vec2 p = gl_PointCoord * 2.0 - 1.0;
       float rim = max(1.0 - dot(p, p), 0.0);
-      float heart = pow(rim, 12.0), veil = rim * rim;
-      vec3 light = tint.rgb * tint.a * (0.85 * heart + 0.15 * veil);
-      gl_FragColor = vec4(light, 0.0);
+      gl_FragColor = vec4(tint.rgb * (tint.a * rim * rim * rim * rim), 0.0);
     }`;
 
   const SOFT = `${HEAD}
@@ -75,7 +73,7 @@ const Looks = (() => {
     }`;
 
   // Three r132 has no name for the blend factors of a look; these are they.
-  function material(shape, blend) {
+  function material(shape, blend, inFloats) {
     const adds = blend === "additive", sphere = shape === "points";
     return new T.RawShaderMaterial({
       vertexShader: VERTEX,
@@ -83,12 +81,12 @@ const Looks = (() => {
       defines: { ADDS: adds ? 1 : 0 },
       uniforms: {
         extent: { value: new T.Vector3(1, 1, 1) }, origin: { value: new T.Vector3() }, sizeMax: { value: 0 },
-        viewHeight: { value: 1 }, reach: { value: sphere || !adds ? 1 : 3 },
+        viewHeight: { value: 1 }, reach: { value: sphere || !adds ? 1 : 1.6 },
         leastPixels: { value: sphere ? 1.5 : 2 }, fades: { value: sphere ? 0 : 1 },
       },
       transparent: true, depthTest: true, depthWrite: sphere && !adds,
       blending: T.CustomBlending, blendEquation: T.AddEquation,
-      blendSrc: T.OneFactor, blendDst: adds ? T.OneMinusSrcColorFactor : T.OneMinusSrcAlphaFactor,
+      blendSrc: T.OneFactor, blendDst: !adds ? T.OneMinusSrcAlphaFactor : inFloats ? T.OneFactor : T.OneMinusSrcColorFactor,
       blendSrcAlpha: T.OneFactor, blendDstAlpha: T.OneMinusSrcAlphaFactor,
     });
   }

@@ -2,8 +2,9 @@
 "use strict";
 
 class Stage {
-  constructor(viewer) {
+  constructor(viewer, glow) {
     this.viewer = viewer;
+    this.glow = glow;
     this.touched = false;      // the person has moved the camera: it is theirs
     this.placed = false;       // the scene has placed it
     this.box = null;           // everything seen so far, while nobody has placed the camera
@@ -17,6 +18,7 @@ class Stage {
     const again = this.scene !== null && this.scene.name === scene.name;
     this.scene = scene;
     this.spacing = 0;
+    this.glow.on = this.glow.possible && scene.sky === "night";
     if (again) return;
     this.touched = false;
     this.box = this.wanted = null;
@@ -70,27 +72,30 @@ class Stage {
     if (this.scene !== null) this.ground(distance, controls.target);
   }
 
-  // A faint grid at y = 0 in a round number of metres, fading out; none for a scene far above or below it.
+  // A faint grid at y = 0 in a round number of metres, fading out; none for a scene far above or below it, nor seen from its
+  // edge, where all its lines would add up to one.
   ground(distance, target) {
     const spacing = Math.pow(10, Math.round(Math.log10(distance) - 0.9));
-    const shown = Math.abs(target.y) < 1.5 * distance;
+    const height = Math.abs(this.viewer.camera.position.y) / distance;
+    const shown = Math.abs(target.y) < 1.5 * distance && height > 0.02;
     if (spacing !== this.spacing) {
       this.spacing = spacing;
-      this.grid = Stage.grid(spacing, this.scene.sky === "night");
+      this.grid = Stage.grid(spacing, this.scene.sky);
       this.viewer.set_object([...this.scene.root.split("/").filter((s) => s), "ground"], this.grid);
     }
     this.grid.visible = shown;
+    this.grid.material.opacity = Math.min(1, 4 * (height - 0.02));
     const snap = (x) => Math.round(x / spacing) * spacing;
     this.grid.position.set(snap(target.x), 0, snap(target.z));
   }
 
-  static grid(spacing, night) {
+  static grid(spacing, sky) {
     const T = MeshCat.THREE, reach = 30, place = [], color = [];
-    const [r, g, b] = night ? [0.55, 0.62, 0.75] : [0.25, 0.32, 0.42];
+    const [r, g, b, a] = { night: [0.55, 0.62, 0.75, 0.16], dusk: [0.85, 0.90, 1.0, 0.16], day: [0.25, 0.32, 0.42, 0.22] }[sky];
     const add = (x, z) => {
       const fade = Math.max(0, 1 - Math.hypot(x, z) / reach);
       place.push(x * spacing, 0, z * spacing);
-      color.push(r, g, b, (night ? 0.16 : 0.22) * fade * fade);
+      color.push(r, g, b, a * fade * fade);
     };
     for (let line = -reach; line <= reach; line++) {
       for (let step = -reach; step < reach; step++) {

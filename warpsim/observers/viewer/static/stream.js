@@ -53,7 +53,7 @@ class Stream {
       this.stage.set(c);
       this.hud.set(c);
     } else if (c.type === "warpsim_cloud") {
-      const cloud = this.clouds[c.slot] = new Cloud(c.name, c.shape, c.blend);
+      const cloud = this.clouds[c.slot] = new Cloud(c.name, c.shape, c.blend, this.stage.glow.on);
       this.viewer.set_object(c.path.split("/").filter((s) => s), cloud.points);
     } else return false;
     this.viewer.set_dirty();
