@@ -1,0 +1,111 @@
+"""python -m benchmarks: medians, spreads and ratios of the cases, each way of running in turn."""
+
+import argparse
+import platform
+import sys
+from pathlib import Path
+
+import warp as wp
+from rich.console import Console
+
+import warpsim
+from benchmarks.cases import Case, million, sparks
+from benchmarks.measure import Sample, Way, stage_shares, take_turns
+from benchmarks.report import Report
+from warpsim.launch import available_cores
+
+
+def processor() -> str:
+    """Name of this machine's processor, as well as the system tells it."""
+    names = Path("/proc/cpuinfo")
+    lines = names.read_text().splitlines() if names.exists() else []
+    return next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.processor() or platform.machine())
+
+
+def ways(device: str) -> list[Way]:
+    """One core, all cores, and the plain kernels on both; a GPU has one way."""
+    if device != "cpu":
+        return [Way("gpu", 1)]
+    cores = available_cores()
+    found = [Way("native, 1 thread", 1), Way("plain, 1 thread", 1, native=False)]
+    if cores > 1:
+        found[1:1] = [Way(f"native, {cores} threads", cores)]
+        found += [Way(f"plain, {cores} threads", cores, native=False)]
+    return found
+
+
+def measure_ways(case: Case, report: Report, device: str, rounds: int) -> None:
+    """Every way in turn: ns per particle and substep, equal hashes, ratios."""
+    runs = {way.label: way.build(case.scene, device) for way in ways(device)}
+    for run in runs.values():
+        run.run(seconds=case.warmup_frames / case.scene.time.fps)
+    times = take_turns(runs, rounds, lambda: wp.synchronize_device(device))
+    hashes = {label: run.state_hash() for label, run in runs.items()}
+    lines = []
+    for label, sample in times.items():
+        live = sum(system["live"] for system in runs[label].statistics().values())
+        per_substep = 1e9 * sample.median / (live * case.scene.time.substeps)
+        cells = [label, f"{1e3 * sample.median:.2f}", f"{sample.spread:.0%}", f"{per_substep:.2f}", f"{live:,}", hashes[label][:12]]
+        row = {"way": label, "seconds": sample.median, "spread": sample.spread, "ns": per_substep, "live": live, "hash": hashes[label]}
+        lines.append((cells, row))
+    header = ["", "ms/frame", "spread", "ns per particle and substep", "live", "state hash"]
+    report.figures(case.name, case.what, header, lines)
+    if len(set(hashes.values())) > 1:
+        sys.exit("the ways do not agree: their state hashes differ")
+    tell_ratios(case.name, report, times)
+    for label, run in runs.items():
+        shares = stage_shares(run, max(5, rounds // 3))
+        text = ", ".join(f"{stage} {share:.1%}" for stage, share in shares.items())
+        report.fact(case.name, f"stages, {label}", text, shares=shares)
+    report.console.print()
+
+
+def tell_ratios(name: str, report: Report, times: dict[str, Sample]) -> None:
+    """Plain over native for each number of threads, and one thread over all of them."""
+    for label in [label for label in times if label.startswith("native")]:
+        plain = label.replace("native", "plain")
+        report.ratio(name, f"{plain} / {label}", times[plain].over(times[label]), bar=10.0)
+    natives = [sample for label, sample in times.items() if label.startswith("native")]
+    if len(natives) > 1:
+        report.ratio(name, "native, 1 thread / all threads", natives[0].over(natives[1]), bar=1.5)
+
+
+def measure_real_time(case: Case, report: Report, device: str, rounds: int) -> None:
+    """How much faster than the clock on the wall a small scene runs."""
+    run = Way("native, 1 thread", 1).build(case.scene, device)
+    run.run(seconds=case.warmup_frames / case.scene.time.fps)
+    sample = take_turns({"": run}, rounds, lambda: wp.synchronize_device(device), frames=30)[""]
+    live = sum(system["live"] for system in run.statistics().values())
+    report.fact(case.name, case.what, f"{1e6 * sample.median:.0f} us/frame, {live:,} live", seconds=sample.median, live=live)
+    real = Sample([1.0 / (case.scene.time.fps * value) for value in sample.values])
+    report.ratio(case.name, "times real time", real, bar=200.0)
+    report.console.print()
+
+
+def main() -> None:
+    """Run the cases that were asked for."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="small counts and few rounds: shows that it works, not how fast")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as a JSON line")
+    parser.add_argument("--only", choices=["million", "sparks"], help="one case alone")
+    parser.add_argument("--count", type=int, default=1_000_000, help="particles of the main case")
+    parser.add_argument("--rounds", type=int, default=30, help="turns of each way")
+    parser.add_argument("--device", default="cpu", help="cpu or cuda:N")
+    options = parser.parse_args()
+    wp.config.quiet = True
+    count, rounds = (20_000, 5) if options.quick else (options.count, options.rounds)
+    report = Report(Console(width=None if sys.stdout.isatty() else 140))
+    machine = {"processor": processor(), "cores": available_cores(), "device": options.device}
+    machine |= {"python": platform.python_version(), "warp": wp.config.version, "warpsim": warpsim.__version__}
+    report.fact("machine", "machine", ", ".join(f"{key}: {value}" for key, value in machine.items()), **machine)
+    report.console.print()
+    if options.only != "sparks":
+        measure_ways(million(count), report, options.device, rounds)
+    if options.only != "million":
+        measure_real_time(sparks(2_000), report, options.device, rounds)
+    if options.json:
+        report.write(options.json)
+
+
+if __name__ == "__main__":
+    main()

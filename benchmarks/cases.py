@@ -1,0 +1,89 @@
+"""The scenes that are measured. Each is a mapping, as it would stand in YAML, so that nothing here is a private fast path."""
+
+from dataclasses import dataclass
+
+from warpsim import Scene
+
+LIFETIME_FRAMES = 10.0  # mean life: a tenth of the particles dies and is born in each frame
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene of one system in its steady state, and how many frames lead to that."""
+
+    name: str
+    what: str
+    scene: Scene
+    warmup_frames: int
+
+
+def million(count: int) -> Case:
+    """The main case: `count` live particles, five primitives (two Lamb-Oseen), drag, gravity, 4 substeps, 10 % births and deaths."""
+    fps = 60
+    scene = {
+        "name": f"{count} particles",
+        "seed": 1,
+        "time": {"fps": fps, "substeps": 4, "duration": 60.0},
+        "gravity": [0, -9.81, 0],
+        "flow": [
+            {"type": "uniform", "velocity": [0.4, 0.8, 0]},
+            {"type": "source", "center": [0, 0, 0], "axis": [0, 1, 0], "rate": 0.5},
+            {"type": "vortex", "center": [1, 0, 0], "axis": [0, 1, 0], "circulation": 3.0, "core": {"model": "lamb_oseen", "radius": 0.3}},
+            {
+                "type": "vortex",
+                "center": [-1, 0, 0],
+                "axis": [0, 0, 1],
+                "circulation": -2.0,
+                "core": {"model": "lamb_oseen", "radius": 0.2},
+            },
+            {"type": "doublet", "center": [0, 1, 0], "axis": [0, 0, 1], "direction": [1, 0, 0], "strength": 0.1},
+        ],
+        "systems": {
+            "dust": {
+                "type": "particles",
+                "capacity": count + count // 4,
+                "coupling": {"alpha": 2.0e-3},
+                "emitters": [
+                    {
+                        "shape": {"type": "box", "center": [0, 1, 0], "size": [2, 2, 2]},
+                        "rate": count * fps / LIFETIME_FRAMES,
+                        "velocity": {"direction": [0, 1, 0], "cone": 30, "speed": {"mean": 1.0, "spread": 0.5}},
+                        "lifetime": {"mean": LIFETIME_FRAMES / fps, "spread": 0.5 * LIFETIME_FRAMES / fps},
+                    }
+                ],
+            }
+        },
+    }
+    what = f"{count:,} particles, 5 primitives (2 Lamb-Oseen), drag, gravity, 4 substeps, 10 % born and dying per frame"
+    return Case("million", what, Scene.model_validate(scene), warmup_frames=int(2 * LIFETIME_FRAMES))
+
+
+def sparks(count: int) -> Case:
+    """A small scene: what a user waits for is overhead, not arithmetic."""
+    lifetime = 2.0
+    scene = {
+        "name": f"{count} sparks",
+        "seed": 1,
+        "time": {"fps": 60, "substeps": 4, "duration": 60.0},
+        "flow": [
+            {"type": "uniform", "velocity": [0.4, 1.5, 0]},
+            {"type": "vortex", "center": [0, 0, 0], "axis": [0, 1, 0], "circulation": 1.0, "core": {"model": "lamb_oseen", "radius": 0.1}},
+        ],
+        "systems": {
+            "sparks": {
+                "type": "particles",
+                "capacity": 2 * count,
+                "coupling": {"alpha": 5.0e-3},
+                "emitters": [
+                    {
+                        "shape": {"type": "disc", "center": [0, 0, 0], "normal": [0, 1, 0], "radius": 0.3},
+                        "rate": {"mean": count / lifetime, "spread": 0.2 * count / lifetime},
+                        "velocity": {"direction": [0, 1, 0], "cone": 20, "speed": {"mean": 2.0, "spread": 0.5}},
+                        "lifetime": {"mean": lifetime, "spread": 0.5},
+                    }
+                ],
+            }
+        },
+    }
+    what = f"{count:,} live sparks, 2 primitives, drag, gravity, 4 substeps"
+    return Case("sparks", what, Scene.model_validate(scene), warmup_frames=int(1.5 * lifetime * 60))
