@@ -7,7 +7,7 @@ import pytest
 def _devices() -> list[str]:
     import warp as wp
 
-    wp.config.quiet = True
+    wp.config.log_level = max(wp.config.log_level, wp.LOG_WARNING)  # no banner, no line per module
     return ["cpu", *(["cuda"] if wp.is_cuda_available() else [])]
 
 

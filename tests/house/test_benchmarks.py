@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+
 from benchmarks.measure import Sample
 
 ROOT = Path(__file__).resolve().parents[2]
