@@ -59,13 +59,7 @@ PROLOGUE = """
             switch (q.kind) { FLOW_CASES }
         }
     };
-    auto force = [&](int moment) {
-        for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) A[c][i] = environment.gravity[c];
-        for (int j = 0; j < environment.forces.shape[1]; ++j) {
-            const auto q = environment.forces.data[moment * environment.forces.shape[1] + j];
-            switch (q.kind) { FORCE_CASES }
-        }
-    };
+    FORCE_LAMBDA
     const vec still(0.0f, 0.0f, 0.0f);
     for (int b = begin; b < end; b += B) {
         for (int i = 0; i < B; ++i) {
@@ -76,6 +70,13 @@ PROLOGUE = """
             K[i] = $drag_rate(environment.alpha, environment.viscosity, particles.radius.data[b + i], W[i]);
         }
 """
+FORCE_LAMBDA = """auto force = [&](int moment) {
+        for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) A[c][i] = environment.gravity[c];
+        for (int j = 0; j < environment.forces.shape[1]; ++j) {
+            const auto q = environment.forces.data[moment * environment.forces.shape[1] + j];
+            switch (q.kind) { FORCE_CASES }
+        }
+    };"""
 SUBSTEPS = """
         for (int s = 0; s < pace.substep_count; ++s) {
             for (int i = 0; i < B; ++i) H[i] = $active_step(age[i] + (float)s * pace.dt, pace.dt, life[i]);
@@ -155,6 +156,7 @@ def advance_text(name: str) -> str:
     """Assemble the loop of one method."""
     before, each, after = TEXTS[name]
     text = PROLOGUE + before + SUBSTEPS + each + EPILOGUE.replace("END", after)
+    text = text.replace("FORCE_LAMBDA", FORCE_LAMBDA if "force(" in before + each else "")  # a tracer's plain loop calls no force
     text = text.replace("FLOW_CASES", cases(FLOWS.values(), "FLOW")).replace("FORCE_CASES", cases(FORCES.values(), "FORCE"))
     return snippet(text.replace("\n    #define", "\n#define"), *FORMULAS) + "".join(f"#undef {macro}\n" for macro in MACROS)
 
