@@ -150,7 +150,7 @@ class Emitter(Spec):
     name: Name | None = Field(None, description="Name for `--set systems.SYSTEM.emitters.NAME.…`.")
     shape: ShapeUnion = Field(Point(), description="Where particles are born.")
     rate: Rate | None = Field(None, description="Births per second, a strength or {mean, spread, law, interval} [1/s].")
-    burst: Annotated[tuple[Burst, ...], BeforeValidator(_as_list), Field(max_length=10_000)] = Field(
+    burst: Annotated[tuple[Burst, ...], Field(max_length=10_000), BeforeValidator(_as_list)] = Field(
         (), description="Births at one moment: {count, at} or a list of them."
     )
     velocity: Velocity | None = Field(None, description="Velocity at birth; absent: at rest.")

@@ -40,7 +40,8 @@ class Slot:
     @property
     def required(self) -> bool:
         """Whether the key must be given."""
-        return self.field is not None and self.field.is_required()
+        # A kind's own `type` has a default for Python's sake; in a scene it tells the kinds apart.
+        return self.field is not None and (self.field.is_required() or get_args(self.annotation) == (self.field.default,))
 
 
 @cache

@@ -28,7 +28,9 @@ def _color(value: Any) -> Any:
 def _written(color: tuple[float, float, float, float]) -> Any:
     parts = [round(part * 255) for part in color]
     exact = all(part / 255 == given for part, given in zip(parts, color, strict=True))
-    return "#" + "".join(f"{part:02x}" for part in parts) if exact else list(color)
+    if not exact:
+        return list(color)
+    return "#" + "".join(f"{part:02x}" for part in (parts[:3] if parts[3] == 255 else parts))
 
 
 Color = Annotated[

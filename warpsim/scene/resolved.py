@@ -6,6 +6,7 @@ import yaml
 
 from warpsim.scene.base import ShortSpec, Spec
 from warpsim.scene.scene import Scene
+from warpsim.scene.yaml12 import SCALAR_FORMS
 
 _PLAIN_LINE = 140
 
@@ -16,12 +17,16 @@ def resolved_yaml(scene: Scene) -> str:
 
 
 def as_plain(value: Any) -> Any:
-    """Return a spec as dicts, lists and numbers in the order a reader expects: name and type first; fields without a value left out."""
+    """Return a spec as dicts, lists and numbers in the order a reader expects; fields without a value are left out.
+
+    Name and type come first, what all kinds of a family have comes last.
+    """
     if isinstance(value, Spec):
         dumped = value.model_dump(mode="json", by_alias=True) if isinstance(value, ShortSpec) else None
         if dumped is not None and value.shorthand == "over_life":
             return dumped["over_life"][0][1] if len(dumped["over_life"]) == 1 else dumped
-        keys = sorted(type(value).model_fields, key=lambda key: {"name": 0, "type": 1}.get(key, 2))
+        own = type(value).__annotations__
+        keys = sorted(type(value).model_fields, key=lambda key: {"name": 0, "type": 1}.get(key, 2 if key in own else 3))
         fields = {type(value).model_fields[key].alias or key: as_plain(getattr(value, key)) for key in keys}
         return {key: field for key, field in fields.items() if field is not None}
     if isinstance(value, (tuple, list)):
@@ -32,25 +37,15 @@ def as_plain(value: Any) -> Any:
 
 
 class _Dumper(yaml.SafeDumper):
-    """Writes YAML 1.2: text that 1.2 or 1.1 would read as something else is quoted, numbers are as short as they can be."""
+    """Writes YAML 1.2: `1e-05` stands as it is, and text that would read as a number is quoted."""
+
+    yaml_implicit_resolvers: dict = {}
 
     def ignore_aliases(self, data: Any) -> bool:
+        """Write everything out where it belongs."""
         return True
 
 
-def _text(dumper: _Dumper, value: str) -> yaml.Node:
-    style = '"' if _needs_quotes(value) else None
-    return dumper.represent_scalar("tag:yaml.org,2002:str", value, style)
-
-
-def _needs_quotes(value: str) -> bool:
-    first = value[:1]
-    return not value or first.isdigit() or first in "+-.~#\"'" or value.lower() in ("null", "true", "false") or not value.isprintable()
-
-
-def _number(dumper: _Dumper, value: float) -> yaml.Node:
-    return dumper.represent_scalar("tag:yaml.org,2002:float", repr(float(value)))
-
-
-_Dumper.add_representer(str, _text)
-_Dumper.add_representer(float, _number)
+for _kind, _forms in SCALAR_FORMS.items():
+    _Dumper.add_implicit_resolver(f"tag:yaml.org,2002:{_kind}", _forms, None)
+_Dumper.add_representer(float, lambda dumper, value: dumper.represent_scalar("tag:yaml.org,2002:float", repr(value)))

@@ -60,6 +60,8 @@ def _tidied(node: Any) -> None:
             _tidied(value)
     if isinstance(node.get("title"), str):
         del node["title"]
+    if "patternProperties" in node:
+        node["additionalProperties"] = False
     entries = node.get("prefixItems")
     if entries and all(entry == entries[0] for entry in entries):
         node["items"] = node.pop("prefixItems")[0]

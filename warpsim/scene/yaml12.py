@@ -34,6 +34,14 @@ _WORDS = {
 }
 _WORDS[""] = None
 
+SCALAR_FORMS = {
+    "int": re.compile(f"{_INTEGER.pattern}|{_OTHER_BASE.pattern}"),
+    "float": re.compile(f"{_FLOAT.pattern}|{_NOT_FINITE.pattern}"),
+    "bool": re.compile(r"(?:true|True|TRUE|false|False|FALSE)\Z"),
+    "null": re.compile(r"(?:~|null|Null|NULL|)\Z"),
+}
+"""How the plain scalars of YAML 1.2 that are no text look."""
+
 
 def decode(raw: bytes, name: str) -> str:
     """Return the text of a file's bytes. Raises SceneError with line and column for anything that is not UTF-8 text of at most 1 MiB."""
