@@ -20,6 +20,10 @@ IDLE_SLICE = 0.02  # s of sleep between looks at the signal: a handler must not 
 SWITCH_INTERVAL = 5e-4  # s; Python's 5 ms, with the viewer's thread beside the run, makes a frame of 2 ms take 21
 
 
+class NoSuchDevice(Exception):
+    """This machine does not have the device that was asked for."""
+
+
 @dataclass(frozen=True)
 class Report:
     """How far a run is. `frame_time` is computing time per frame [s], lately (at the end: of the whole run)."""
@@ -56,7 +60,7 @@ class Settings:
     port: int | None = None
     stay: bool = False  # keep the last frame on show until a signal
     record: Path | None = None
-    record_text: Callable[[object], str] | None = None  # simulation -> text
+    record_text: Callable[[object, str, int | None], str] | None = None  # (scene, device, threads) -> text
     overwrite: bool = False
     changed: Callable[[], bool] = lambda: False  # asked between frames; true ends the run with "changed"
 
@@ -66,7 +70,7 @@ class Outcome:
     """How a run ended: "done", "interrupted", "unstable" (then `error` tells) or "changed". `saved` is the last good state."""
 
     kind: str
-    report: Report
+    report: Report | None  # None: it blew up in the prewarm
     state_hash: str | None = None
     error: Exception | None = None
     saved: Path | None = None
@@ -75,39 +79,48 @@ class Outcome:
 def run_scene(scene, settings: Settings, audience: Audience, stop: Interruption) -> Outcome:
     """Run a scene to its end, to the first signal, or to a blow-up; in the last two the last good state is saved.
 
-    Raises what building raises (SceneError, MemoryLimitError), OccupiedFolder and OSError from the recorder, and KeyboardInterrupt at a
-    signal before there is anything worth saving and at the second signal.
+    Raises what building raises (SceneError, MemoryLimitError), OccupiedFolder and OSError from the recorder, NoSuchDevice, and
+    KeyboardInterrupt at a signal before there is anything worth saving and at the second signal.
     """
     with ExitStack() as stack:
         recorder = _recorder(settings, stack)
         if recorder:
             audience = Logged(audience, recorder)
         viewer = _viewer(scene, settings, audience, stack)
-        simulation = _built(scene, settings, audience)
-        if recorder:
-            recorder.begin(settings.record_text(simulation))
-        frame_count = simulation.duration_frames if settings.frame_count is None else settings.frame_count
-        stop.patient = True
+        device = _device(settings.device, audience)
+        from warpsim.simulation import UnstableError
+
+        simulation = playback = None
         try:
-            return _played(Playback(simulation, frame_count, audience, stop, viewer, recorder, settings.changed), settings.stay)
+            simulation = _built(scene, device, settings.threads, audience)
+            if recorder:
+                recorder.begin(settings.record_text(scene, device, simulation.threads))
+            frame_count = simulation.frame_count if settings.frame_count is None else settings.frame_count
+            playback = Playback(simulation, frame_count, audience, stop, viewer, recorder, settings.changed)
+            stop.patient = True
+            return _played(playback, settings.stay)
+        except UnstableError as error:
+            if recorder:
+                if not recorder.begun:
+                    recorder.begin(settings.record_text(scene, device, settings.threads))
+                recorder.log(f"unstable: {error}")
+            saved = save_state(error.last_good, scene.name, recorder and recorder.folder, audience.note) if error.last_good else None
+            return Outcome("unstable", playback and playback.report(final=True), error=error, saved=saved)
         except KeyboardInterrupt:
-            simulation.settle()
+            if simulation:
+                simulation.settle()
             raise
 
 
 def _played(playback: "Playback", stay: bool) -> Outcome:
     """Play to the end and save what an early end leaves."""
-    from warpsim.simulation import UnstableError
-
-    simulation = playback.simulation
-    try:
-        kind = playback.play()
-    except UnstableError as error:
-        saved = playback.save(simulation.last_good_frame())
-        return Outcome("unstable", playback.report(final=True), error=error, saved=saved)
+    simulation, kind = playback.simulation, playback.play()
     report, state_hash = playback.report(final=True), simulation.state_hash()
-    saved = playback.save(simulation.frame()) if kind == "interrupted" else None
-    if kind == "done" and stay and playback.stay() == "changed":
+    saved = None
+    if kind == "interrupted":
+        folder = playback.recorder and playback.recorder.folder
+        saved = save_state(simulation.frame(), simulation.scene.name, folder, playback.audience.note)
+    elif kind == "done" and stay and playback.stay() == "changed":
         kind = "changed"
     return Outcome(kind, report, state_hash, saved=saved)
 
@@ -183,10 +196,6 @@ class Playback:
         self.audience.report(report)
         return report
 
-    def save(self, frame) -> Path | None:
-        """Save a state as the last good one and return its path, or None if no disk takes it."""
-        return save_state(frame, self.simulation.scene.name, self.recorder and self.recorder.folder, self.audience.note)
-
     def _record(self) -> None:
         if self.recorder:
             self.recorder.record(self.simulation.frame(), self.simulation.statistics(), self.simulation.state_hash())
@@ -217,15 +226,26 @@ def save_state(frame, scene_name: str, folder: Path | None, note: Callable[[str]
     return None
 
 
-def _built(scene, settings: Settings, audience: Audience):
-    """Build the simulation, with a kernel cache that works and a word where it compiles."""
-    from warpsim.kernel_cache import announced_compiling, prepare_kernel_cache, rebuilding
+def _device(name: str, audience: Audience) -> str:
+    """Make Warp ready and return its name for the device. Raises NoSuchDevice."""
+    from warpsim.kernel_cache import prepare_kernel_cache
 
     prepare_kernel_cache(audience.note)
+    from warpsim.simulation import resolve_device
+
+    try:
+        return resolve_device(name)
+    except ValueError as error:
+        raise NoSuchDevice(str(error)) from None
+
+
+def _built(scene, device: str, threads: int | None, audience: Audience):
+    """Build the simulation, with a word where kernels compile and a second try where the cache is damaged."""
+    from warpsim.kernel_cache import announced_compiling, rebuilding
     from warpsim.simulation import Simulation
 
     with announced_compiling(audience.note):
-        return rebuilding(lambda: Simulation(scene, device=settings.device, threads=settings.threads), audience.note)
+        return rebuilding(lambda: Simulation(scene, device, threads), audience.note)
 
 
 def _recorder(settings: Settings, stack: ExitStack):

@@ -1,5 +1,6 @@
 """info: one scene, or one field of scenes with its unit, default and range."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -14,18 +15,104 @@ def info(
     """Tell about a scene, or about one field: unit, default, range."""
     from warpsim.cli.outcome import Exit, print_json
 
-    told = _scene(name) or _field(name)
+    path = _scene_file(name)
+    if path and json:
+        print_json(_scene_as_data(path))
+        return Exit.OK
+    facts = _scene_facts(path) if path else _field_facts(name)
     if json:
-        print_json(told)
-    else:
-        for key, value in told.items():
-            typer.echo(f"{key + ':':<14}{value}")
+        print_json(facts)
+        return Exit.OK
+    for key, value in facts.items():
+        lines = value if isinstance(value, list) else [value]
+        for number, line in enumerate(lines):
+            typer.echo(f"{'' if number else key.replace('_', ' ') + ':':<13} {_worded(line)}")
     return Exit.OK
 
 
-def _scene(name):
-    return {}
+def _scene_file(name: str) -> Path | None:
+    """Return the file of a scene given by path or shipped name; None if the name must be a field's."""
+    from warpsim.cli.scenes import found
+    from warpsim.scene import UnknownSceneError
+
+    try:
+        return found(name)
+    except UnknownSceneError:
+        return None
 
 
-def _field(name):
-    return {}
+def _scene_as_data(path: Path) -> dict[str, object]:
+    from warpsim.memory import estimate_memory
+    from warpsim.scene import load_scene
+
+    scene = load_scene(path)
+    return {"file": str(path), "memory_bytes": estimate_memory(scene), "scene": scene.model_dump(mode="json", by_alias=True)}
+
+
+def _scene_facts(path: Path) -> dict[str, object]:
+    from warpsim.memory import GIB, estimate_memory
+    from warpsim.scene import load_scene
+
+    scene = load_scene(path)
+    prewarm = f", after {scene.time.prewarm:g} s of prewarm" if scene.time.prewarm else ""
+    return {
+        "name": scene.name,
+        "description": " ".join(scene.description.split()),
+        "file": str(path),
+        "duration": f"{scene.time.duration:g} s, {scene.time.fps:g} frames/s, {scene.time.substeps} substeps{prewarm}",
+        "seed": scene.seed,
+        "gravity": _list_of(scene.gravity) + " m/s^2",
+        "flow": [_entry(entry) for entry in scene.flow],
+        "forces": [_entry(entry) for entry in scene.forces],
+        "systems": [_system(name, system) for name, system in scene.systems.items()],
+        "memory": f"about {max(estimate_memory(scene) / GIB, 0.01):.2f} GiB",
+    }
+
+
+def _system(name: str, system) -> str:
+    motion = "ballistic" if system.motion == "ballistic" else "tracer" if system.coupling == "tracer" else system.method
+    return f"{name}: {system.type}, capacity {system.capacity}, {motion}, {len(system.emitters)} emitter(s)"
+
+
+def _entry(entry) -> str:
+    return f"{entry.name}: {entry.type}" if entry.name else entry.type
+
+
+def _field_facts(path: str) -> dict[str, object]:
+    """Return what there is to know about a field. Raises Failure if there is neither a scene nor a field of that name."""
+    from warpsim.cli.outcome import Exit, Failure
+    from warpsim.scene import UnknownFieldError, UnknownSceneError, describe_field, find_scene
+
+    try:
+        field = describe_field(path)
+    except UnknownFieldError as unknown:
+        try:
+            find_scene(path)
+        except UnknownSceneError as error:
+            raise Failure(Exit.USAGE, f"{error}\n       nor is it a field: {unknown}") from None
+        raise
+    limits = [f"{'>' if field.minimum_excluded else '>='} {field.minimum:.12g}"] if field.minimum is not None else []
+    limits += [f"<= {field.maximum:.12g}"] if field.maximum is not None else []
+    facts = {
+        "field": field.path,
+        "meaning": field.prose,
+        "value": field.expected,
+        "unit": field.unit,
+        "default": "none, it must be given" if field.required else field.default,
+        "range": " and ".join(limits),
+        "choices": list(field.choices),
+        "keys": list(field.keys),
+        "types": list(field.types),
+    }
+    return {key: value for key, value in facts.items() if value not in (None, "", [])}
+
+
+def _list_of(numbers) -> str:
+    """Return numbers the way a scene has them."""
+    return f"[{', '.join(f'{number:g}' for number in numbers)}]"
+
+
+def _worded(value: object) -> str:
+    import json
+
+    return value if isinstance(value, str) else json.dumps(value)

@@ -36,8 +36,8 @@ def exit_code_of(action: Callable[[], object]) -> int:
         code = action()
         sys.stdout.flush()
         return code or Exit.OK
-    except SystemExit as end:
-        return end.code or Exit.OK
+    except SystemExit as end:  # typer's, at --help and where the reader of a pipe has left: then with 1, which means something else here
+        return Exit.INPUT_OUTPUT if end.code else Exit.OK
     except KeyboardInterrupt:
         return _said(Exit.INTERRUPTED, "interrupted")
     except BrokenPipeError:

@@ -64,7 +64,7 @@ class ProgressBar(PlainLines):
 
         self._console = Console(file=self._stream, highlight=False, soft_wrap=True)
         columns = BarColumn(bar_width=None), TextColumn("{task.fields[words]}")
-        self._progress = Progress(*columns, console=self._console, auto_refresh=False, expand=True)
+        self._progress = Progress(*columns, console=self._console, auto_refresh=False, expand=True, transient=True)
         self._task = None
 
     def note(self, text: str) -> None:

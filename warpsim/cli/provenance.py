@@ -9,7 +9,7 @@ from warpsim import __version__
 VECTOR_FEATURES = "sse2 ssse3 sse4_1 sse4_2 avx avx2 fma f16c avx512f avx512dq avx512bw avx512vl asimd sve".split()
 
 
-def scene_text(simulation) -> str:
+def scene_text(scene, device: str, threads: int | None) -> str:
     """Return the text of a run folder's scene.yaml: provenance as comments, then the resolved scene."""
     from warpsim.scene import resolved_yaml
 
@@ -21,11 +21,11 @@ def scene_text(simulation) -> str:
         "system": f"{platform.system()} {platform.machine()}",
         "processor": _processor_field("model name") or platform.processor() or "unknown",
         "processor features": " ".join(processor_features()) or "unknown",
-        "device": simulation.device,
-        "threads": simulation.threads,
-        "seed": simulation.scene.seed,
+        "device": device,
+        "threads": threads or "all",
+        "seed": scene.seed,
     }
-    return "".join(f"# {name}: {value}\n" for name, value in facts.items()) + resolved_yaml(simulation.scene)
+    return "".join(f"# {name}: {value}\n" for name, value in facts.items()) + resolved_yaml(scene)
 
 
 def processor_features() -> list[str]:

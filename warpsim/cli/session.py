@@ -8,7 +8,7 @@ from warpsim.cli.progress import PlainLines
 from warpsim.cli.scenes import WATCH_PERIOD, SceneFile
 from warpsim.interruption import Interruption
 from warpsim.observers.recorder import OccupiedFolder
-from warpsim.runner import Outcome, Settings, run_scene
+from warpsim.runner import NoSuchDevice, Outcome, Settings, run_scene
 
 EXITS = {"done": Exit.OK, "interrupted": Exit.INTERRUPTED, "unstable": Exit.UNSTABLE}
 
@@ -34,6 +34,8 @@ def _run_once(scene, settings: Settings, audience: PlainLines, stop: Interruptio
         return outcome
     except OccupiedFolder as error:
         raise Failure(Exit.INPUT_OUTPUT, str(error)) from None
+    except NoSuchDevice as error:
+        raise Failure(Exit.USAGE, str(error)) from None
     finally:
         audience.end()  # the terminal must be whole again before anyone speaks
 
@@ -52,31 +54,35 @@ def _next_scene(outcome: Outcome, source: SceneFile, audience: PlainLines, stop:
 
 def _tell(outcome: Outcome, settings: Settings, audience: PlainLines) -> None:
     """Say how a run ended, if it was not simply done."""
-    refused = {name: int(numbers["refused"]) for name, numbers in outcome.report.statistics.items() if numbers["refused"]}
-    for name, count in refused.items():
-        audience.note(f"{name}: {count} births were refused for lack of room (systems.{name}.capacity)")
+    report = outcome.report
+    for name, numbers in report.statistics.items() if report else ():
+        if numbers["refused"]:
+            audience.note(f"{name}: {numbers['refused']} births were refused for lack of room (systems.{name}.capacity)")
+    if report and settings.record:
+        audience.note(f"recorded frames 0 to {report.index} in {settings.record}")
     if outcome.error:
         print(f"error: {outcome.error}", file=sys.stderr)
     if outcome.kind == "interrupted":
-        print(f"interrupted after frame {outcome.report.index}", file=sys.stderr)
+        print(f"interrupted after frame {report.index}", file=sys.stderr)
     if outcome.saved:
         print(f"the last good state is in {outcome.saved}", file=sys.stderr)
-    if settings.record:
-        audience.note(f"recorded frames 0 to {outcome.report.index} in {settings.record}")
 
 
 def _result(scene, settings: Settings, outcome: Outcome) -> dict[str, object]:
     """Return what `run --json` prints."""
     report = outcome.report
-    return {
-        "scene": scene.name,
-        "outcome": outcome.kind,
-        "error": str(outcome.error) if outcome.error else None,
+    progress = report and {
         "frame": report.index,
         "time": report.time,
         "seconds_per_frame": report.frame_time,
         "times_real_time": report.speed,
         "systems": report.statistics,
+    }
+    return {
+        "scene": scene.name,
+        "outcome": outcome.kind,
+        "error": str(outcome.error) if outcome.error else None,
+        **(progress or {}),
         "state_hash": outcome.state_hash,
         "run_folder": str(settings.record) if settings.record else None,
         "last_good_state": str(outcome.saved) if outcome.saved else None,

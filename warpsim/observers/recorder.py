@@ -41,6 +41,11 @@ class Recorder:
         self._early: list[str] = []  # what is said before the files are open
         self._chain = ""
 
+    @property
+    def begun(self) -> bool:
+        """Whether the folder is a run folder by now."""
+        return self._log is not None
+
     def begin(self, scene_text: str) -> None:
         """Write scene.yaml, which makes the folder a run folder, and open the growing files."""
         write_text(self.folder / "scene.yaml", f"{HEADER}\n{scene_text}")
