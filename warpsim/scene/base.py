@@ -4,6 +4,7 @@ A description ends in its SI unit in brackets, "Frames per second [1/s]."; a fie
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, NamedTuple, Union
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Strict, Tag, model_validator
@@ -65,6 +66,14 @@ def _nonzero(value: tuple[float, float, float]) -> tuple[float, float, float]:
     if max(map(abs, value)) < 1e-9:
         raise PydanticCustomError("zero_direction", "must not be zero: it gives a direction")
     return value
+
+
+@dataclass(frozen=True)
+class Floor:
+    """The least value of a quantity that is more than a number (a strength, a distribution); for its description, a validator holds it."""
+
+    ge: float | None = None
+    gt: float | None = None
 
 
 Number = Annotated[float, Strict()]

@@ -8,6 +8,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from warpsim.scene.base import (
     LARGEST_COORDINATE,
     Direction,
+    Floor,
     Mistake,
     Name,
     Number,
@@ -98,8 +99,8 @@ def _positive_throughout(value: Distribution) -> Distribution:
     return value
 
 
-PositiveMean = Annotated[Distribution, AfterValidator(_positive)]
-PositiveDistribution = Annotated[Distribution, AfterValidator(_positive_throughout)]
+PositiveMean = Annotated[Distribution, Floor(gt=0.0), AfterValidator(_positive)]
+PositiveDistribution = Annotated[Distribution, Floor(gt=0.0), AfterValidator(_positive_throughout)]
 
 
 class Rate(ShortSpec):

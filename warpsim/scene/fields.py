@@ -14,7 +14,7 @@ from pydantic import Tag
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from warpsim.scene.base import ShortSpec, Spec, is_tag, tag
+from warpsim.scene.base import Floor, ShortSpec, Spec, is_tag, tag
 from warpsim.scene.nearest import nearest
 from warpsim.scene.problems import Problem, UnknownFieldError
 
@@ -89,10 +89,10 @@ def item_of(slot: Slot, index: int = 0) -> Slot | None:
         origin, args = get_origin(form.annotation), get_args(form.annotation)
         if origin is tuple:
             if len(args) == 2 and args[1] is Ellipsis:
-                return replace(form, annotation=args[0], metadata=())
-            return replace(form, annotation=args[index], metadata=()) if 0 <= index < len(args) else None
+                return Slot(args[0], unit=form.unit)
+            return Slot(args[index], unit=form.unit) if 0 <= index < len(args) else None
         if origin is dict:
-            return replace(form, annotation=args[1], metadata=())
+            return Slot(args[1], unit=form.unit)
     return None
 
 
@@ -138,7 +138,11 @@ def choices_of(slot: Slot) -> tuple[Any, ...]:
 def bounds_of(slot: Slot) -> dict[str, float]:
     """Return the range of a number: any of "gt", "ge", "lt", "le"."""
     limits = [limit for item in slot.metadata for limit in (item.metadata if isinstance(item, FieldInfo) else [item])]
-    return {word: getattr(limit, word) for limit in limits for word, kind in _LIMITS.items() if isinstance(limit, kind)}
+    found = {word: getattr(limit, word) for limit in limits for word, kind in _LIMITS.items() if isinstance(limit, kind)}
+    for floor in (item for item in slot.metadata if isinstance(item, Floor)):
+        found.pop("ge", None)
+        found |= {word: bound for word, bound in (("ge", floor.ge), ("gt", floor.gt)) if bound is not None}
+    return found
 
 
 @dataclass(frozen=True)
@@ -194,7 +198,7 @@ def _follow(slot: Slot, part: str, walked: list[str]) -> Slot:
         if item is None:
             break
         slot, entry = item, True
-    allowed = [*types_of(slot), *_known_keys(slot)]
+    allowed = [*(types_of(slot) if len(types_of(slot)) > 1 else ()), *_known_keys(slot)]
     # For an entry of a list its number or name may stand: any word that is not nearly a known one.
     if entry and (part.isdigit() or nearest(part, allowed) is None):
         return slot
@@ -211,8 +215,8 @@ def _describe(path: str, slot: Slot) -> FieldDescription:
     from warpsim.scene.phrases import in_words
 
     specs = specs_of(slot)
-    kinds = types_of(slot)
-    number = next((bounds for _, form in forms(slot) if (bounds := bounds_of(form))), {})
+    kinds = types_of(slot) or types_of(item_of(slot) or slot)
+    number = bounds_of(slot) or next((bounds for _, form in forms(slot) if (bounds := bounds_of(form))), {})
     keys = keys_of(specs[0]) if len(specs) == 1 else {}
     prose = slot.prose or (specs[0].__doc__ or "" if len(specs) == 1 else "")
     return FieldDescription(

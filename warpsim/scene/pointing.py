@@ -56,7 +56,7 @@ def _removable(slot: Slot, child: Slot | None) -> bool:
         return True
     if is_list(slot):
         return bool(specs_of(child))  # an entry that is a mapping; numbers belong together
-    return child.field is not slot.field and not child.required
+    return child.field not in (None, slot.field) and not child.required
 
 
 def _below(node: Node, part: str | int) -> tuple[Scalar | None, Node] | None:

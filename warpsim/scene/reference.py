@@ -8,7 +8,7 @@ from warpsim.scene.base import ShortSpec, Spec
 from warpsim.scene.camera import Camera
 from warpsim.scene.emitters import Burst, Distribution, Emitter, EmitterShape, Rate, Velocity
 from warpsim.scene.expressions import DEEPEST_STACK, FUNCTIONS, LONGEST_PROGRAM
-from warpsim.scene.fields import Slot, choices_of, default_of, forms, keys_of
+from warpsim.scene.fields import Slot, bounds_of, choices_of, default_of, forms, keys_of
 from warpsim.scene.flow import Core, FlowPrimitive
 from warpsim.scene.forces import Force
 from warpsim.scene.look import ColorRamp, Look, Ramp
@@ -77,7 +77,7 @@ def _value(slot: Slot) -> str:
     choices = choices_of(slot)
     if choices:
         return ", ".join(f"`{choice}`" for choice in choices)
-    limits = range_in_words(Slot(slot.annotation, slot.metadata)) if len(forms(slot)) == 1 else ""
+    limits = range_in_words(Slot(slot.annotation, slot.metadata)) if len(forms(slot)) == 1 or bounds_of(slot) else ""
     unit = f" [{slot.unit}]" if slot.unit else ""
     return in_words(slot) + (f", {limits}" if limits else "") + unit
 
@@ -101,8 +101,8 @@ def _expressions() -> str:
     rows = "\n".join(f"| `{meaning.split('), ')[0].split(')')[0]})` | {meaning.split('), ', 1)[1]} |" for meaning in _meanings())
     return f"""## Expressions
 
-`{{expression: "2 + sin(2*pi*t)"}}`: numbers, `t` in seconds, `pi`, `e`, `+ - * /`, parentheses, the functions below, and `^` (or `**`), which
-binds tightest and to the right, so that `-t^2` is `-(t^2)`. At most {LONGEST_PROGRAM} numbers, names and operations, of which at most
+`{{expression: "2 + sin(2*pi*t)"}}`: numbers, `t` in seconds, `pi`, `e`, `+ - * /`, parentheses, the functions below, and `^` (or `**`),
+which binds tightest and to the right, so that `-t^2` is `-(t^2)`. At most {LONGEST_PROGRAM} numbers, names and operations, of which at most
 {DEEPEST_STACK} wait for their operation.
 
 | function | value |

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, Field, field_validator
 from pydantic_core import PydanticCustomError
 
-from warpsim.scene.base import LARGEST_STRENGTH, Mistake, Number, Spec, form_by_key, is_number, mistakes, one_of_forms
+from warpsim.scene.base import LARGEST_STRENGTH, Floor, Mistake, Number, Spec, form_by_key, is_number, mistakes, one_of_forms
 from warpsim.scene.expressions import ExpressionError, compile_expression
 
 Amount = Annotated[Number, Field(ge=-LARGEST_STRENGTH, le=LARGEST_STRENGTH)]
@@ -89,4 +89,4 @@ def _not_negative(value: Any) -> Any:
 
 
 # Where a sine or an expression dips below zero, zero is what counts: a swing may well be used to switch something on and off.
-PositiveStrength = Annotated[Strength, AfterValidator(_not_negative)]
+PositiveStrength = Annotated[Strength, Floor(ge=0.0), AfterValidator(_not_negative)]
