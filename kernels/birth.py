@@ -168,7 +168,7 @@ def first_id(plan: Plan, counters: wp.array[wp.int64]) -> wp.int64:
     return counters[NEXT_ID] - wp.int64(total)
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def emit_particles(first: int, births: Births, plan: Plan, counters: wp.array[wp.int64], particles_out: Particles):
     """Fill the slots of this frame's births; launched over the capacity, the most that can be born."""
     k = first + wp.tid()

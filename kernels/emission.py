@@ -215,7 +215,7 @@ def plan_burst(births: Births, b: int, now: wp.float64, before: wp.float64, born
     return append_segment(burst.emitter, burst.ordinal, wp.int64(burst.count), born, now - burst.at, wp.float64(0.0), plan_inout)
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def plan_births(first: int, births: Births, plan_inout: Plan, counters_inout: wp.array[wp.int64]):
     """One thread. Plan the frame's births; those refused for want of room consume identities too, so these ignore the capacity."""
     frame = births.clock[0]

@@ -39,7 +39,7 @@ def sample_strength(signals: Signals, signal: wp.vec3i, t: wp.float64) -> wp.vec
     return s
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def sample_moments(
     first: int,
     start_time: wp.array[wp.float64],
@@ -63,7 +63,7 @@ def sample_moments(
         forces_out[j, k] = field
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def sample_velocities(first: int, flow: wp.array2d[FlowPrimitive], points: wp.array2d[float], velocity_out: wp.array2d[float]):
     """Sample the flow at points, planar (3, count) [m] -> [m/s], through the functions that the particles feel."""
     i = first + wp.tid()

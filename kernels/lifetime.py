@@ -20,7 +20,7 @@ def active_step(age: float, dt: float, lifetime: float) -> float:
     return wp.clamp(wp.min(wp.min(age + dt, lifetime - age), lifetime), 0.0, dt)
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def advance_clock(first: int, fps: wp.float64, clock_inout: wp.array[wp.int64], start_time_out: wp.array[wp.float64]):
     """One thread. Begin a frame: its number, and the time at its beginning (frame − 1)/fps [s]."""
     frame = clock_inout[0] + wp.int64(1)
@@ -28,7 +28,7 @@ def advance_clock(first: int, fps: wp.float64, clock_inout: wp.array[wp.int64], 
     start_time_out[0] = wp.float64(frame - wp.int64(1)) / fps
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def scatter_survivors(
     first: int,
     counters: wp.array[wp.int64],
@@ -44,7 +44,7 @@ def scatter_survivors(
             scratch_out[row, order[i] - 1] = slab[row, i]
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def scatter_back(first: int, counters: wp.array[wp.int64], scratch: wp.array2d[wp.uint32], slab_out: wp.array2d[wp.uint32]):
     """Copy the survivors back, so that addresses never change and a captured graph stays valid."""
     i = first + wp.tid()
@@ -53,7 +53,7 @@ def scatter_back(first: int, counters: wp.array[wp.int64], scratch: wp.array2d[w
             slab_out[row, i] = scratch[row, i]
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def scan_survivors(first: int, order: wp.array[int], counters_inout: wp.array[wp.int64]):
     """One thread. The live count at the frame's end is the scan's value at the last active slot."""
     active = int(counters_inout[ACTIVE])

@@ -74,6 +74,7 @@ class FrameGraph:
         self.stages = list(stages)
         self._barrier = wp.zeros(48, dtype=int, device="cpu")
         self._lock = threading.Lock()  # on a Python without the interpreter lock, orders must still go out as one
+        self._singles: dict[int, FrameGraph] = {}
         self._graphs = {cores: [self._capture(core, cores) for core in range(cores)] for cores in {1, self.core_count}}
 
     def _capture(self, core: int, core_count: int):
@@ -132,18 +133,14 @@ class FrameGraph:
         times: dict[str, float] = {}
         for stage in self.stages:
             begin = time.perf_counter()
-            _single(self, stage).run(particle_count)
+            self._alone(stage).run(particle_count)
             wp.synchronize_device(self.device)
             times[stage.name] = times.get(stage.name, 0.0) + time.perf_counter() - begin
         return times
 
-
-_SINGLES: dict[tuple[int, int], FrameGraph] = {}
-
-
-def _single(graph: FrameGraph, stage: Stage) -> FrameGraph:
-    """Return a graph of one stage alone, made once."""
-    key = (id(graph), id(stage))
-    if key not in _SINGLES:
-        _SINGLES[key] = FrameGraph([stage], graph.device.alias, graph.core_count, graph.native)
-    return _SINGLES[key]
+    def _alone(self, stage: Stage) -> "FrameGraph":
+        """Return a graph of one stage, made once."""
+        place = next(k for k, other in enumerate(self.stages) if other is stage)
+        if place not in self._singles:
+            self._singles[place] = FrameGraph([stage], self.device.alias, self.core_count, self.native)
+        return self._singles[place]

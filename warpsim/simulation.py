@@ -53,7 +53,6 @@ class Simulation:
     """
 
     def __init__(self, scene: Scene, device: str = "auto", threads: int | None = None, native: bool = True):
-        wp.config.enable_backward = False
         self.scene, self.device = scene, resolve_device(device)
         if threads is not None and threads < 1:
             raise ValueError(f"threads must be at least 1, got {threads}")
@@ -99,7 +98,11 @@ class Simulation:
 
     def _advance(self) -> None:
         on_cpu = self.device == "cpu"
-        self._graph.run(sum(system.population.counter("live") for system in self.systems.values()) if on_cpu else 0)
+        try:
+            self._graph.run(sum(system.population.counter("live") for system in self.systems.values()) if on_cpu else 0)
+        except KeyboardInterrupt:
+            self.settle()
+            raise
         self.index += 1
 
     def frame(self) -> Frame:

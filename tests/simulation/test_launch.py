@@ -1,0 +1,87 @@
+"""The launch layer: frames finish whatever happens to the threads around them."""
+
+import os
+import signal
+
+import pytest
+import warp as wp
+
+from tests.simulation.scenes import scene
+from warpsim import Simulation, launch
+
+
+@pytest.fixture
+def parallel(monkeypatch):
+    """Use all cores however few particles there are."""
+    monkeypatch.setattr(launch, "PARALLEL_FROM", 0)
+
+
+def hash_after(frame_count: int, threads: int) -> str:
+    sim = Simulation(scene(), device="cpu", threads=threads)
+    for _ in range(frame_count):
+        sim.step_frame()
+    return sim.state_hash()
+
+
+@pytest.mark.parametrize("threads", [2, 3, 5, 16])
+def test_any_number_of_cores_gives_the_same_bits(parallel, threads):
+    assert hash_after(20, threads) == hash_after(20, 1)
+
+
+def test_an_interrupted_frame_is_finished_and_counted(parallel):
+    sim = Simulation(scene(), device="cpu", threads=2)
+    before = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    interrupts = 0
+    try:
+        for k in range(300):
+            signal.setitimer(signal.ITIMER_REAL, 1e-6 * (20 + k % 300))
+            try:
+                sim.step_frame()
+                signal.setitimer(signal.ITIMER_REAL, 0)
+            except KeyboardInterrupt:
+                interrupts += 1
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    sim.settle()
+    assert interrupts > 10
+    assert sim.state_hash() == hash_after(sim.index, 1)
+
+
+def test_frames_run_in_a_forked_child(parallel):
+    sim = Simulation(scene(), device="cpu", threads=2)
+    sim.step_frame()
+    expected = hash_after(2, 1)
+    child = os.fork()
+    if child == 0:
+        signal.alarm(20)
+        sim.step_frame()
+        os._exit(0 if sim.state_hash() == expected else 1)
+    assert os.waitpid(child, 0)[1] == 0
+
+
+def test_a_failing_core_does_not_hang_the_others(parallel, monkeypatch):
+    sim = Simulation(scene(), device="cpu", threads=2)
+    replay, broken = wp.capture_launch, sim._graph._graphs[2][1]
+    monkeypatch.setattr(wp, "capture_launch", lambda graph: replay(None if graph is broken else graph))
+    with pytest.raises(AttributeError):
+        sim.step_frame()
+
+
+def test_stages_timed_one_by_one_advance_the_same_frame():
+    sim, other = Simulation(scene(), device="cpu", threads=1), Simulation(scene(), device="cpu", threads=1)
+    for _ in range(3):
+        times = sim.time_stages()
+        other.step_frame()
+    assert set(times) == {"clock", "environment", "plan", "emit", "advance", "remove"} and min(times.values()) > 0.0
+    assert sim.state_hash() == other.state_hash()
+
+
+def test_small_populations_use_one_core(monkeypatch):
+    sim = Simulation(scene(), device="cpu", threads=2)
+    sim.run(0.1)
+    used = []
+    replay = wp.capture_launch
+    monkeypatch.setattr(wp, "capture_launch", lambda graph: (used.append(graph), replay(graph)))
+    sim.step_frame()
+    assert used == sim._graph._graphs[1]

@@ -1,0 +1,30 @@
+"""Memory is estimated before it is taken."""
+
+import pytest
+
+from tests.simulation.scenes import scene
+from warpsim import SceneError, Simulation, memory
+from warpsim.kernels.flow import FlowPrimitive
+from warpsim.kernels.forces import ForceField
+from warpsim.population import bytes_per_particle
+
+
+def test_the_estimate_knows_the_sizes_of_the_real_tables():
+    assert memory.BYTES_PER_PARTICLE >= bytes_per_particle()
+    assert max(FlowPrimitive.numpy_dtype()["itemsize"], ForceField.numpy_dtype()["itemsize"]) <= memory.BYTES_PER_PRIMITIVE
+
+
+def test_a_scene_beyond_its_own_limit_is_refused_before_allocation():
+    greedy = scene({"capacity": 2**27}, limits={"memory": 1.0})
+    with pytest.raises(SceneError, match=r"needs about 15\.\d+ GiB, but 1.00 GiB its limits.memory allows"):
+        Simulation(greedy, device="cpu")
+
+
+def test_a_scene_beyond_the_machine_is_refused(monkeypatch):
+    monkeypatch.setattr("warpsim.simulation.free_memory", lambda: 1 << 20)
+    with pytest.raises(memory.MemoryLimitError, match="is free"):
+        Simulation(scene(), device="cpu")
+
+
+def test_the_machine_says_how_much_is_free():
+    assert 1 << 24 < memory.free_memory() <= 1 << 62
