@@ -75,6 +75,9 @@ class FrameGraph:
         self._barrier = wp.zeros(48, dtype=int, device="cpu")
         self._lock = threading.Lock()  # on a Python without the interpreter lock, orders must still go out as one
         self._singles: dict[int, FrameGraph] = {}
+        for kernel in map(self._kernel, self.stages):
+            if kernel is not None:
+                kernel.module.load(self.device)  # compiles what is not in the cache; within a CUDA capture it could not
         self._graphs = {cores: [self._capture(core, cores) for core in range(cores)] for cores in {1, self.core_count}}
 
     def _capture(self, core: int, core_count: int):
@@ -86,7 +89,12 @@ class FrameGraph:
                     wp.launch(lifecycle_loops.resolve_barrier, 1, inputs, device=self.device)
         return capture.graph
 
+    def _kernel(self, stage: Stage) -> wp.Kernel | None:
+        """Return what a stage launches here."""
+        return stage.loop if self.native and stage.loop is not None else stage.kernel
+
     def _launch(self, stage: Stage, core: int, core_count: int) -> None:
+        """Launch one core's part of a stage."""
         if stage.launch is not None or stage.count == 1:
             if core == 0:
                 stage.launch() if stage.launch else wp.launch(stage.kernel, 1, [0, *stage.inputs], device=self.device)
