@@ -82,20 +82,22 @@ def private_temporary_folder() -> Path:
 
 
 def rebuilding(action: Callable[[], T], report: Report) -> T:
-    """Run `action`; if Warp cannot load a kernel from its cache, delete that module's folder and run it once more.
+    """Run `action`; where Warp cannot load a module from its cache, delete that module's folder and run it again, once per module.
 
     The action must be repeatable: building a simulation, loading a module. Errors that are not the cache's pass through.
     """
-    try:
-        return action()
-    except Exception as error:
-        damaged = damaged_folders(error)
-        if not damaged:
-            raise
-    for folder in damaged:
-        report(f"the compiled kernels in {folder} are damaged: rebuilding them")
-        shutil.rmtree(folder, ignore_errors=True)
-    return action()
+    rebuilt: set[Path] = set()
+    while True:
+        try:
+            return action()
+        except Exception as error:
+            damaged = set(damaged_folders(error)) - rebuilt
+            if not damaged:
+                raise
+        for folder in sorted(damaged):
+            report(f"the compiled kernels in {folder} are damaged: rebuilding them")
+            shutil.rmtree(folder, ignore_errors=True)
+        rebuilt |= damaged
 
 
 def damaged_folders(error: Exception) -> list[Path]:

@@ -46,7 +46,7 @@ class Audience(Protocol):
         """Take the viewer that has just begun to serve (its `url`)."""
 
     def report(self, report: Report) -> None:
-        """Take a report, a few times a second; the last one has index = frame_count."""
+        """Take a report, a few times a second."""
 
 
 @dataclass(frozen=True)
@@ -180,7 +180,7 @@ class Playback:
         return "interrupted"
 
     def report(self, final: bool = False) -> Report:
-        """Tell the audience how far the run is, and once per system when its births begin to be refused."""
+        """Return how far the run is (and tell it, but for the last time); note once per system when its births begin to be refused."""
         simulation = self.simulation
         statistics = simulation.statistics()
         for name in [name for name, numbers in statistics.items() if numbers["refused"] and name not in self._overflowing]:
@@ -193,7 +193,8 @@ class Playback:
         self._lap = (simulation.index, busy)
         self._reported_at = time.perf_counter()
         report = Report(simulation.index, self.frame_count, simulation.time, frame_time, speed, statistics)
-        self.audience.report(report)
+        if not final:
+            self.audience.report(report)
         return report
 
     def _record(self) -> None:

@@ -1,0 +1,105 @@
+"""Warp's kernel cache: damaged, or in a place that cannot be written. The run goes on and says what it did."""
+
+import os
+import shutil
+import stat
+from pathlib import Path
+
+import pytest
+
+from tests.command import SPARKS, warpsim
+
+
+@pytest.fixture(scope="module")
+def warm_cache(tmp_path_factory):
+    """A private cache with everything that the scene needs, and the scene."""
+    folder = tmp_path_factory.mktemp("warm")
+    (folder / "sparks.yaml").write_text(SPARKS)
+    first = run(folder)
+    assert first.returncode == 0 and "compiling kernels" in first.stdout
+    second = run(folder)
+    assert second.returncode == 0 and "compiling" not in second.stdout
+    return folder
+
+
+@pytest.fixture
+def folder(warm_cache, tmp_path):
+    shutil.copytree(warm_cache, tmp_path / "here")
+    return tmp_path / "here"
+
+
+def run(folder, **more):
+    return warpsim(
+        "run", "sparks.yaml", "--viewer", "none", "--frames", 3, cwd=folder, **{"WARP_CACHE_PATH": str(folder / "cache"), **more}
+    )
+
+
+def files(folder, suffix) -> list[Path]:
+    found = sorted((folder / "cache").rglob(f"*{suffix}"))
+    assert found
+    return found
+
+
+@pytest.mark.parametrize(("suffix", "keep"), [(".o", 0.6), (".meta", 0.0)])
+def test_truncated_files_heal(folder, suffix, keep):
+    for path in files(folder, suffix):
+        data = path.read_bytes()
+        path.write_bytes(data[: int(len(data) * keep)])
+    healed = run(folder)
+    assert healed.returncode == 0 and "are damaged" in healed.stdout and "Traceback" not in healed.stderr, healed.stderr
+    assert "are damaged" not in run(folder).stdout
+
+
+@pytest.mark.parametrize("suffix", [".o", ".meta"])
+def test_one_damaged_module_is_the_only_one_rebuilt(folder, suffix):
+    victim = files(folder, suffix)[0]
+    others = {path: path.stat().st_mtime_ns for path in files(folder, suffix)[1:]}
+    victim.write_bytes(b"not what it should be")
+    healed = run(folder)
+    assert healed.returncode == 0 and healed.stdout.count("are damaged") == 1 and victim.parent.name in healed.stdout
+    assert others == {path: path.stat().st_mtime_ns for path in files(folder, suffix) if path != victim}
+
+
+def test_a_missing_file_is_made_again(folder):
+    files(folder, ".o")[0].unlink()
+    assert run(folder).returncode == 0
+
+
+def test_a_cache_that_cannot_be_written_is_replaced(folder, tmp_path):
+    """A file where the folder should be: also root, whom permissions do not stop, cannot write there."""
+    (tmp_path / "file").write_text("")
+    (tmp_path / "temporary").mkdir()
+    blocked = run(folder, WARP_CACHE_PATH=str(tmp_path / "file" / "cache"), TMPDIR=str(tmp_path / "temporary"))
+    assert blocked.returncode == 0 and "cannot be written" in blocked.stdout and "WARP_CACHE_PATH" in blocked.stdout, blocked.stderr
+    (substitute,) = (tmp_path / "temporary").glob("warpsim-kernels-*")
+    assert stat.S_IMODE(substitute.stat().st_mode) == 0o700, "compiled code is run: nobody else may put it there"
+    again = run(folder, WARP_CACHE_PATH=str(tmp_path / "file" / "cache"), TMPDIR=str(tmp_path / "temporary"))
+    assert again.returncode == 0 and "compiling" not in again.stdout, "the substitute is kept for the next run"
+
+
+def test_a_substitute_that_others_can_write_is_not_trusted(monkeypatch, tmp_path):
+    from warpsim.kernel_cache import private_temporary_folder
+
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    first = private_temporary_folder()
+    assert private_temporary_folder() == first
+    os.chmod(first, 0o777)
+    assert private_temporary_folder() != first
+    first.rmdir()
+    (tmp_path / "elsewhere").mkdir(mode=0o700)
+    first.symlink_to(tmp_path / "elsewhere")
+    assert private_temporary_folder() != first
+
+
+def test_other_errors_pass_through():
+    from warpsim.kernel_cache import rebuilding
+
+    tries = []
+
+    def action():
+        tries.append(1)
+        raise ValueError("something else")
+
+    with pytest.raises(ValueError, match="something else"):
+        rebuilding(action, pytest.fail)
+    assert len(tries) == 1

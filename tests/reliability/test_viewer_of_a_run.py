@@ -1,0 +1,43 @@
+"""Runs with a viewer where something is missing or taken: the port, the browser, the display."""
+
+import re
+import subprocess
+import urllib.request
+
+import pytest
+
+from tests.command import SPARKS, command, environment, warpsim
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "sparks.yaml").write_text(SPARKS.replace("duration: 0.5", "duration: 4"))
+    return tmp_path
+
+
+def test_two_runs_on_one_port(folder):
+    line = command("run", "sparks.yaml", "--port", "7461")
+    runs = [subprocess.Popen(line, cwd=folder, env=environment(), stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    urls = set()
+    for run in runs:
+        words = iter(run.stdout.readline, "")
+        url = next(match.group() for said in words if (match := re.search(r"http://127\.0\.0\.1:\d+/", said)))
+        assert urllib.request.urlopen(url, timeout=5).status == 200
+        urls.add(url)
+    assert len(urls) == 2
+    assert [run.wait(timeout=60) for run in runs] == [0, 0]
+
+
+def test_no_browser_and_no_display(folder):
+    more = {"DISPLAY": "", "WAYLAND_DISPLAY": "", "BROWSER": ""}
+    done = warpsim("run", "sparks.yaml", "--frames", 5, "--open", cwd=folder, **more)
+    assert done.returncode == 0 and "look at http://127.0.0.1:" in done.stdout and "--open: " in done.stdout, done.stderr
+
+
+def test_the_viewer_does_not_change_the_run(folder):
+    hashes = set()
+    for viewer in ("none", "meshcat"):
+        done = warpsim("run", "sparks.yaml", "--viewer", viewer, "--frames", 20, "--out", viewer, cwd=folder)
+        assert done.returncode == 0
+        hashes.add((folder / viewer / "frames.jsonl").read_text())
+    assert len(hashes) == 1
