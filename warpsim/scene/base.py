@@ -34,10 +34,15 @@ class ShortSpec(Spec):
         """Tell whether a value from YAML or Python is the bare form."""
         return isinstance(value, (int, float)) and not isinstance(value, bool)
 
+    @classmethod
+    def long_form(cls, value: Any) -> dict[str, Any]:
+        """Return the mapping that the bare value stands for."""
+        return {cls.shorthand: value}
+
     @model_validator(mode="before")
     @classmethod
     def _spell_out(cls, value: Any) -> Any:
-        return {cls.shorthand: value} if cls.is_short(value) else value
+        return cls.long_form(value) if cls.is_short(value) else value
 
 
 class Mistake(NamedTuple):

@@ -249,7 +249,7 @@ def plain(value: Any) -> Any:
         dumped = value.model_dump(mode="json", by_alias=True, exclude_defaults=True)
         if isinstance(value, ShortSpec) and set(dumped) == {value.shorthand}:
             dumped = dumped[value.shorthand]
-            if isinstance(dumped, list) and len(dumped) == 1:
+            if isinstance(dumped, list) and len(dumped) == 1 and dumped[0][0] == 0.0:
                 return dumped[0][1]
         return dumped
     return [plain(item) for item in value] if isinstance(value, tuple) else value

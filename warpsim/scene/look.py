@@ -69,10 +69,10 @@ class Ramp(ShortSpec):
 
     _stops_rise = field_validator("stops")(_rise)
 
-    @field_validator("stops", mode="before")
     @classmethod
-    def _one_stop(cls, value: Any) -> Any:
-        return [(0.0, value)] if super().is_short(value) else value
+    def long_form(cls, value: Any) -> dict[str, Any]:
+        """One stop that holds for the whole life."""
+        return {"over_life": [(0.0, value)]}
 
 
 class ColorRamp(ShortSpec):
@@ -93,11 +93,10 @@ class ColorRamp(ShortSpec):
         """A bare color: text, or three or four numbers."""
         return isinstance(value, (str, list, tuple))
 
-    @field_validator("stops", mode="before")
     @classmethod
-    def _one_stop(cls, value: Any) -> Any:
-        flat = isinstance(value, (list, tuple)) and value and not isinstance(value[0], (list, tuple))
-        return [(0.0, value)] if isinstance(value, str) or flat else value
+    def long_form(cls, value: Any) -> dict[str, Any]:
+        """One stop that holds for the whole life."""
+        return {"over_life": [(0.0, value)]}
 
 
 class Look(Spec):
@@ -105,5 +104,5 @@ class Look(Spec):
 
     as_: Literal["points", "sprites"] = Field("sprites", alias="as", description="points: square dots; sprites: soft round ones.")
     blend: Literal["alpha", "additive"] = Field("alpha", description="alpha: over what lies behind (smoke); additive: added to it (fire).")
-    size: Ramp = Field(Ramp(over_life=0.02), description="Diameter, a number or {over_life: [[s, size], …]} [m].")
-    color: ColorRamp = Field(ColorRamp(over_life="#ffffff"), description="Color, or {over_life: [[s, color], …]} [1].")
+    size: Ramp = Field(Ramp(over_life=((0.0, 0.02),)), description="Diameter, a number or {over_life: [[s, size], …]} [m].")
+    color: ColorRamp = Field(ColorRamp(over_life=((0.0, "#ffffff"),)), description="Color, or {over_life: [[s, color], …]} [1].")

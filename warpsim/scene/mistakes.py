@@ -34,6 +34,8 @@ def validate(root: Mapping, problems: list[Problem]) -> Scene:
         places = [point_at(root, item["loc"]) for item in errors]
         more = [problem for item, place in zip(errors, places, strict=True) for problem in word(item, place, root, dropped)]
         found += _not_yet_told(more, found)
+        if len(errors) == MOST_PER_PASS:
+            break  # enough to mend for a while
         mended = mend(root, errors, places, dropped)
         if mended is root:
             break

@@ -80,14 +80,21 @@ def likeness(word: str, candidate: str) -> float:
     a, b = _plain(word), _plain(candidate)
     if not a or not b:
         return 0.0
-    score = 1.0 - edit_distance(a, b) / max(len(a), len(b))
     shorter, longer = sorted((a, b), key=len)
+    # The lengths alone may tell that they differ by too much to be worth a closer look.
+    score = 1.0 - edit_distance(a, b) / len(longer) if len(longer) - len(shorter) <= 0.6 * len(longer) else 0.0
     if len(shorter) >= 3 and longer.startswith(shorter):
         # "vel" for velocity, "velocities" for velocity
         score = max(score, 0.7 + 0.25 * len(shorter) / len(longer))
     elif len(shorter) >= 4 and (longer.endswith(shorter) or shorter in longer.split("_")):
         score = max(score, 0.65)
     return score
+
+
+def listed(words: Iterable[str], most: int = 24) -> str:
+    """Return words separated by commas, cut where there are very many."""
+    words = list(words)
+    return ", ".join(words[:most]) + (", …" if len(words) > most else "")
 
 
 def nearest(word: str, allowed: Iterable[str]) -> str | None:

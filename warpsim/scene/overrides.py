@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from warpsim.scene.base import ShortSpec, tag
 from warpsim.scene.fields import Slot, child_of, forms, has_free_keys, is_list, item_of, keys_of, scene_slot, spec_of, specs_of, types_of
-from warpsim.scene.nearest import nearest
+from warpsim.scene.nearest import listed, nearest
 from warpsim.scene.nodes import Mapping, Node, Scalar, Sequence, Source, edited
 from warpsim.scene.problems import Problem, SceneError
 from warpsim.scene.yaml12 import parse
@@ -99,7 +99,13 @@ class _Change:
             return Mapping(self.source, 0, column)
         for _, form in forms(slot):
             spec = spec_of(form)
-            if spec is not None and issubclass(spec, ShortSpec) and part in keys_of(spec) and spec.is_short(node.data()):
+            if (
+                spec is not None
+                and issubclass(spec, ShortSpec)
+                and part in keys_of(spec)
+                and not is_list(keys_of(spec)[spec.shorthand])
+                and spec.is_short(node.data())
+            ):
                 key = Scalar(node.source, node.line, node.column, value=spec.shorthand, text=spec.shorthand)
                 return Mapping(node.source, node.line, node.column, entries={spec.shorthand: (key, node)})
         if isinstance(node, Mapping) and is_list(slot) and part.isdigit():
@@ -124,7 +130,7 @@ class _Change:
 
     def _fail(self, part: str, column: int, walked: list[str], known: list[str], what: str) -> None:
         where = ".".join(walked) or "a scene"
-        allowed = f" (known: {', '.join(known)})" if known else ""
+        allowed = f" (known: {listed(known)})" if known else ""
         message = f'{where} {what} "{part}"{allowed}' if what.startswith("has") else f"{where} {what}"
         raise SceneError([self._problem(column, part, message, walked, nearest(part, known))])
 

@@ -24,7 +24,7 @@ def as_plain(value: Any) -> Any:
     if isinstance(value, Spec):
         dumped = value.model_dump(mode="json", by_alias=True) if isinstance(value, ShortSpec) else None
         if dumped is not None and value.shorthand == "over_life":
-            return dumped["over_life"][0][1] if len(dumped["over_life"]) == 1 else dumped
+            return dumped["over_life"][0][1] if len(value.stops) == 1 and value.stops[0][0] == 0.0 else dumped
         own = type(value).__annotations__
         keys = sorted(type(value).model_fields, key=lambda key: {"name": 0, "type": 1}.get(key, 2 if key in own else 3))
         fields = {type(value).model_fields[key].alias or key: as_plain(getattr(value, key)) for key in keys}

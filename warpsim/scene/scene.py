@@ -8,9 +8,12 @@ from warpsim.scene.base import Mistake, Name, Number, Spec, Vec3, WholeNumber, m
 from warpsim.scene.camera import Camera
 from warpsim.scene.flow import FlowUnion
 from warpsim.scene.forces import ForceUnion
-from warpsim.scene.nearest import nearest
+from warpsim.scene.nearest import listed, nearest
 from warpsim.scene.particles import Particles, SystemUnion, repeated_names
 from warpsim.scene.timing import Time
+
+_MOST_GUESSES = 20
+_MOST_TOLD = 300
 
 
 class Limits(Spec):
@@ -57,10 +60,12 @@ def _unknown_entries(path: tuple[str, ...], key: str, selection, entries) -> lis
     """Return a mistake for each selected name or number that the list does not have."""
     found = []
     names = [entry.name for entry in entries if entry.name]
+    present = set(names)
+    known = f"names in {key}: {listed(names)}" if names else f"no entry of {key} has a name"
     for k, wanted in enumerate(selection if isinstance(selection, tuple) else ()):
         if isinstance(wanted, int) and wanted >= len(entries):
             found.append(Mistake((*path, k), f"there is no {key}.{wanted}: the scene has {len(entries)}, counted from 0", (key,)))
-        elif isinstance(wanted, str) and wanted not in names:
-            known = f"names in {key}: {', '.join(names)}" if names else f"no entry of {key} has a name"
-            found.append(Mistake((*path, k), f'there is no "{wanted}" in {key}; {known}', (key,), nearest(wanted, names)))
-    return found
+        elif isinstance(wanted, str) and wanted not in present:
+            guess = nearest(wanted, names) if len(found) < _MOST_GUESSES else None
+            found.append(Mistake((*path, k), f'there is no "{wanted}" in {key}; {known}', (key,), guess))
+    return found[:_MOST_TOLD]

@@ -16,6 +16,7 @@ from warpsim.scene.yaml_mistakes import explain
 LARGEST_FILE = 1 << 20
 DEEPEST = 64
 MOST_NODES = 200_000
+MOST_ENTRIES = 10_000
 MOST_ALIASES = 1000
 MOST_DIGITS = 40
 
@@ -195,6 +196,7 @@ class _Tree:
             return
         parent = self._open[-1][0]
         if isinstance(parent, Sequence):
+            self._count(parent, len(parent.items), node)
             parent.items.append(node)
         elif self._keys[-1] is None:
             self._key(node)
@@ -205,7 +207,13 @@ class _Tree:
             if earlier is not None:
                 self._note(key, f'"{key.text}" is given twice (first in line {earlier[0].line + 1}); keep one')
             else:
+                self._count(parent, len(parent.entries), key)
                 parent.entries[key.text] = (key, node)
+
+    def _count(self, parent: Node, count: int, node: Node) -> None:
+        if count >= MOST_ENTRIES:
+            message = f"more than {MOST_ENTRIES} entries in what begins in line {parent.line + 1}; a scene is text, not data"
+            raise SceneError([*self.problems, node.problem(message)])
 
     def _key(self, node: Node) -> None:
         if not isinstance(node, Scalar):

@@ -1,0 +1,80 @@
+"""Scene texts for the tests: one that uses every key, and the shipped ones."""
+
+from warpsim.scene import shipped_scenes
+
+EVERYTHING = """\
+# yaml-language-server: $schema=scene.schema.json
+name: Everything
+description: |
+  Every key of the format,
+  once.
+seed: 7
+time: {fps: 60, substeps: 4, duration: 8.0, prewarm: 0.5}
+gravity: [0, -9.81, 0]
+flow:
+  - {type: uniform, velocity: [0.4, {sine: {amplitude: 0.1, period: 3}}, {expression: "0.1*sin(2*pi*t)"}]}
+  - {name: spring, type: source, center: [0, 0, 0], axis: [0, 1, 0], rate: 0.8}
+  - {type: point_source, center: &origin [0, 1, 0], rate: -0.5}
+  - {name: swirl, type: vortex, center: [0, 0, 0], axis: [0, 1, 0],
+     circulation: {keyframes: [[0, 0], [2, 3]]}, core: {model: lamb_oseen, radius: 0.1}}
+  - type: doublet
+    center: *origin
+    axis: [0, 0, 1]
+    direction: [1, 0, 0]
+    strength: {sine: {mean: 1, amplitude: 0.5, period: 2.0, phase: 1.57}}
+  - {type: rotation, center: [0, 0, 0], axis: [0, 1, 0], angular_velocity: 0.2}
+forces:
+  - {name: sun, type: attractor, center: [0, 2, 0], strength: 1.5}
+  - {type: attractor, center: [3, 2, 0], strength: 2, law: inverse_square, softening: 0.05}
+systems:
+  sparks:
+    type: particles
+    capacity: 2e5
+    substeps: 8
+    solver: verlet
+    coupling: {alpha: 0.02}
+    feels: {gravity: true, flow: [swirl, 0], forces: [sun]}
+    emitters:
+      - name: bowl
+        shape: {type: disc, center: [0, 0, 0], normal: [0, 1, 0], radius: 0.3, fill: surface}
+        rate: {mean: 20000, spread: 5000, law: scaled_uniform, interval: 0.05}
+        velocity: {direction: [0, 1, 0], cone: 20, speed: {mean: 2.0, spread: 0.5, law: normal}}
+        lifetime: {mean: 2.0, spread: 0.5}
+        mass: 1.0e-3
+        radius: {mean: 1e-3, spread: 2e-4}
+        start: 0.5
+        stop: 6
+      - shape: {type: segment, start: [0, 0, 0], end: [1, 0, 0]}
+        burst: [{count: 100}, {count: 50, at: 2.5}]
+      - shape: {type: box, center: [0, 0, 0], size: [1, 2, 3], fill: volume}
+        rate: {keyframes: [[0, 0], [1, 300.5]]}
+    look:
+      as: sprites
+      blend: additive
+      size: {over_life: [[0, 0.01], [1, 0.05]]}
+      color: {over_life: [[0, "#fff2a0"], [0.5, "#ff7a18"], [1, "#ff300000"]]}
+  dust:
+    type: particles
+    coupling: tracer
+    solver: rk4
+    emitters: [{shape: {type: sphere, radius: 2}, rate: {expression: 100 + 50*sin(t)}}]
+    look: {as: points, size: 0.005, color: [1, 0.5, 0.25]}
+  stones:
+    type: particles
+    motion: ballistic
+    feels: {forces: false}
+    emitters: [{shape: {type: point}, burst: {count: 20}, lifetime: 9}]
+  fog:
+    type: particles
+    coupling: {viscosity: 1.8e-5}
+camera: {eye: [4, 2, 6], target: [0, 1, 0], field_of_view: 45}
+limits: {memory: 2.5, extent: 1e5, unstable: kill}
+"""
+
+SMALLEST = "name: smallest\n"
+
+
+def sample_texts() -> dict[str, str]:
+    """Return every sample by name, shipped scenes included."""
+    shipped = {name: path.read_text(encoding="utf-8") for name, path in shipped_scenes().items()}
+    return {"everything": EVERYTHING, "smallest": SMALLEST, **shipped}
