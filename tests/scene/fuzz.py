@@ -1,7 +1,7 @@
 """Mutated scene texts through the loader: python -m tests.scene.fuzz --count 100000
 
-Each case is made from (seed, number) alone, so that `--only NUMBER` shows one again. A reject must name file, line and column inside the text;
-anything but a Scene or a SceneError is a traceback; more than a second of processor time is a hang.
+Each case is made from (seed, number) alone, so that `--only NUMBER` shows one again. A reject must name file, line and column inside
+the text; anything but a Scene or a SceneError is a traceback; more than a second of processor time is a hang.
 """
 
 import argparse
@@ -28,60 +28,10 @@ _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 _LIBRARY_WORDS = re.compile(r"Input should|Unable to|[Dd]iscriminator|Field required|valid dictionary|Value error|Extra inputs|<[a-z_]+>")
 ODD_TOKENS = (
     *("null", "~", "true", "no", "1e400", "-1e-400", ".nan", "-.inf", "0x1F", "0o17", "010", "1_000", "1:30", "9" * 60, "1e5", "-0.0"),
-    *(
-        "[",
-        "]",
-        "{",
-        "}",
-        ",",
-        ":",
-        ": ",
-        "- ",
-        "? ",
-        "|",
-        ">",
-        "&a ",
-        "*a",
-        "*origin",
-        "<<: ",
-        "!!python/object:os.system ",
-        "!",
-        "%",
-        "@",
-        "`",
-    ),
-    *(
-        '"',
-        "'",
-        "#",
-        "\t",
-        "\n",
-        "\r",
-        "\r\n",
-        "\n\n  ",
-        "---\n",
-        "...\n",
-        "%YAML 1.1\n",
-        "\ufeff",
-        "\u2028",
-        "\x85",
-        "\x00",
-        "\x1b",
-        "\\",
-        "é",
-        "😀",
-    ),
-    *(
-        "{sine: {amplitude: 1}}",
-        "{keyframes: []}",
-        '{expression: "t^"}',
-        "{over_life: [[0, 1]]}",
-        "[" * 70,
-        "tracer",
-        "#ff",
-        "feels",
-        "type",
-    ),
+    *("[", "]", "{", "}", ",", ":", ": ", "- ", "? ", "|", ">", "&a ", "*a", "*origin", "<<: ", "!!python/object:os.system ", "!", "%"),
+    *('"', "'", "#", "@", "`", "\\", "\t", "\n", "\r", "\r\n", "\n\n  ", "---\n", "...\n", "%YAML 1.1\n", "é", "😀", "[" * 70),
+    *("\ufeff", "\u2028", "\x85", "\x00", "\x1b", "tracer", "#ff", "feels", "type", '{expression: "t^"}', "{over_life: [[0, 1]]}"),
+    *("{sine: {amplitude: 1}}", "{keyframes: []}"),
 )
 _TOKEN = re.compile(r"\w+|\s+|[^\w\s]")
 
@@ -160,9 +110,8 @@ def _mutated_tokens(rng: random.Random, text: str, words: list[str]) -> str:
 
 def _misspelled(rng: random.Random, word: str) -> str:
     at = rng.randrange(len(word) + 1)
-    return rng.choice(
-        (word[:at] + word[at + 1 :], word[:at] + word[at : at + 2][::-1] + word[at + 2 :], word[:at] + "x" + word[at:], word.upper())
-    )
+    swapped = word[:at] + word[at : at + 2][::-1] + word[at + 2 :]
+    return rng.choice((word[:at] + word[at + 1 :], swapped, word[:at] + "x" + word[at:], word.upper()))
 
 
 def _mutated_lines(rng: random.Random, text: str, words: list[str]) -> str:

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from warpsim.scene.base import ShortSpec, tag
-from warpsim.scene.fields import Slot, child_of, forms, has_free_keys, is_list, item_of, keys_of, scene_slot, spec_of, specs_of, types_of
+from warpsim.scene.fields import Slot, child_of, forms, has_free_keys, is_list, item_of, keys_of, scene_slot, specs_of, types_of
 from warpsim.scene.nearest import listed, nearest
 from warpsim.scene.nodes import Mapping, Node, Scalar, Sequence, Source, edited
 from warpsim.scene.problems import Problem, SceneError
@@ -97,15 +97,10 @@ class _Change:
         """Return what the path can go into: a new mapping, the long form of a bare value, a list round a single mapping."""
         if node is None or isinstance(node, Scalar) and node.value is None:
             return Mapping(self.source, 0, column)
-        for _, form in forms(slot):
-            spec = spec_of(form)
-            if (
-                spec is not None
-                and issubclass(spec, ShortSpec)
-                and part in keys_of(spec)
-                and not is_list(keys_of(spec)[spec.shorthand])
-                and spec.is_short(node.data())
-            ):
+        for spec in specs_of(slot):
+            if not issubclass(spec, ShortSpec) or part not in keys_of(spec) or is_list(keys_of(spec)[spec.shorthand]):
+                continue
+            if spec.is_short(node.data()):
                 key = Scalar(node.source, node.line, node.column, value=spec.shorthand, text=spec.shorthand)
                 return Mapping(node.source, node.line, node.column, entries={spec.shorthand: (key, node)})
         if isinstance(node, Mapping) and is_list(slot) and part.isdigit():

@@ -103,7 +103,7 @@ class _Tree:
 
     def take(self, event) -> None:
         self._events += 1
-        if self._events > 2 * MOST_NODES:
+        if self._events > MOST_NODES:
             self._stop(event, f"more than {MOST_NODES} values; a scene is text, not data")
         if isinstance(event, yaml.ScalarEvent):
             self._place(self._scalar(event), event.anchor)
