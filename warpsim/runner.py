@@ -48,6 +48,9 @@ class Audience(Protocol):
     def report(self, report: Report) -> None:
         """Take a report, a few times a second."""
 
+    def end(self, report: Report | None = None) -> None:
+        """Take the last report; nothing more happens, except perhaps on the screen."""
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -105,7 +108,7 @@ def run_scene(scene, settings: Settings, audience: Audience, stop: Interruption)
                     recorder.begin(settings.record_text(scene, device, settings.threads))
                 recorder.log(f"unstable: {error}")
             saved = save_state(error.last_good, scene.name, recorder and recorder.folder, audience.note) if error.last_good else None
-            return Outcome("unstable", playback and playback.report(final=True), error=error, saved=saved)
+            return Outcome("unstable", playback and playback.final_report(), error=error, saved=saved)
         except KeyboardInterrupt:
             if simulation:
                 simulation.settle()
@@ -115,13 +118,13 @@ def run_scene(scene, settings: Settings, audience: Audience, stop: Interruption)
 def _played(playback: "Playback", stay: bool) -> Outcome:
     """Play to the end and save what an early end leaves."""
     simulation, kind = playback.simulation, playback.play()
-    report, state_hash = playback.report(final=True), simulation.state_hash()
-    saved = None
+    report, state_hash, saved = playback.final_report(), simulation.state_hash(), None
     if kind == "interrupted":
         folder = playback.recorder and playback.recorder.folder
         saved = save_state(simulation.frame(), simulation.scene.name, folder, playback.audience.note)
-    elif kind == "done" and stay and playback.stay() == "changed":
-        kind = "changed"
+    elif kind == "done" and stay:
+        playback.audience.note("done; Ctrl-C ends")
+        kind = "changed" if playback.stay() == "changed" else kind
     return Outcome(kind, report, state_hash, saved=saved)
 
 
@@ -129,7 +132,7 @@ class Logged:
     """An audience whose notes are written into the run folder as well."""
 
     def __init__(self, audience: Audience, recorder):
-        self.showing, self.report = audience.showing, audience.report
+        self.showing, self.report, self.end = audience.showing, audience.report, audience.end
         self._note, self._log = audience.note, recorder.log
 
     def note(self, text: str) -> None:
@@ -179,23 +182,32 @@ class Playback:
             time.sleep(IDLE_SLICE)
         return "interrupted"
 
-    def report(self, final: bool = False) -> Report:
-        """Return how far the run is (and tell it, but for the last time); note once per system when its births begin to be refused."""
+    def report(self) -> None:
+        """Tell how far the run is, with the speed since the last report."""
+        first, busy_before = self._lap
+        self._lap = (self.simulation.index, self._busy())
+        self.audience.report(self._report(self._busy() - busy_before, self.simulation.index - first))
+        self._reported_at = time.perf_counter()
+
+    def final_report(self) -> Report:
+        """Tell and return how far the run came, with the speed of the whole of it."""
+        report = self._report(self._busy(), self.simulation.index)
+        self.audience.end(report)
+        return report
+
+    def _busy(self) -> float:
+        return time.perf_counter() - self._started - self._waited
+
+    def _report(self, busy: float, frame_count: int) -> Report:
+        """Return how far the run is; note once per system when its births begin to be refused."""
         simulation = self.simulation
         statistics = simulation.statistics()
         for name in [name for name, numbers in statistics.items() if numbers["refused"] and name not in self._overflowing]:
             self._overflowing.add(name)
             self.audience.note(f"{name} is full at frame {simulation.index}: births are refused (raise systems.{name}.capacity)")
-        busy = time.perf_counter() - self._started - self._waited
-        first, busy_before = (0, 0.0) if final else self._lap
-        frame_time = (busy - busy_before) / max(1, simulation.index - first)
+        frame_time = busy / max(1, frame_count)
         speed = 1.0 / (simulation.scene.time.fps * max(frame_time, 1e-9))
-        self._lap = (simulation.index, busy)
-        self._reported_at = time.perf_counter()
-        report = Report(simulation.index, self.frame_count, simulation.time, frame_time, speed, statistics)
-        if not final:
-            self.audience.report(report)
-        return report
+        return Report(simulation.index, self.frame_count, simulation.time, frame_time, speed, statistics)
 
     def _record(self) -> None:
         if self.recorder:

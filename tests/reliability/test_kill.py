@@ -14,7 +14,7 @@ MOMENTS = [random.Random(k).uniform(0.0, 1.0) for k in range(6)]  # s after the 
 
 @pytest.mark.parametrize("moment", MOMENTS, ids=lambda moment: f"{moment:.2f}")
 def test_kill_half_way(tmp_path, moment):
-    (tmp_path / "sparks.yaml").write_text(SPARKS.replace("duration: 0.5", "duration: 3600"))
+    (tmp_path / "sparks.yaml").write_text(SPARKS.replace("duration: 0.5", "duration: 72000"))
     line = command("run", "sparks.yaml", "--viewer", "none", "--out", "r")
     process = subprocess.Popen(line, cwd=tmp_path, env=environment(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     while not (tmp_path / "r" / "frames" / "000000.npz").exists():

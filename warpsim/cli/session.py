@@ -9,6 +9,7 @@ from warpsim.cli.scenes import WATCH_PERIOD, SceneFile
 from warpsim.interruption import Interruption
 from warpsim.observers.recorder import OccupiedFolder
 from warpsim.runner import NoSuchDevice, Outcome, Settings, run_scene
+from warpsim.scene import SceneError
 
 EXITS = {"done": Exit.OK, "interrupted": Exit.INTERRUPTED, "unstable": Exit.UNSTABLE}
 
@@ -16,40 +17,44 @@ EXITS = {"done": Exit.OK, "interrupted": Exit.INTERRUPTED, "unstable": Exit.UNST
 def run_session(source: SceneFile, settings: Settings, audience: PlainLines, watch: bool, json: bool) -> Exit:
     """Run the scene, again after every edit if it is watched, and return the exit code."""
     with Interruption() as stop:
-        scene = source.load()
-        while scene:
-            outcome = _run_once(scene, settings, audience, stop)
-            _tell(outcome, settings, audience)
-            scene = _next_scene(outcome, source, audience, stop) if watch else None
-    if json:
+        outcome = _run_once(source.load(), settings, audience, stop)
+        while watch and _edited(outcome, source, audience, stop):
+            audience.note("the scene has changed: starting again")
+            try:
+                outcome = _run_once(source.scene, settings, audience, stop)
+            except SceneError as error:  # an edit that reads well but asks for too much memory
+                audience.note(str(error))
+                outcome = None
+    if json and outcome:
         print_json(_result(source.scene, settings, outcome))
-    return EXITS[outcome.kind]
+    return EXITS[outcome.kind] if outcome else Exit.BAD_SCENE
 
 
 def _run_once(scene, settings: Settings, audience: PlainLines, stop: Interruption) -> Outcome:
+    stop.patient = False
     try:
-        stop.patient = False
         outcome = run_scene(scene, settings, audience, stop)
-        audience.end(outcome.report)
-        return outcome
     except OccupiedFolder as error:
         raise Failure(Exit.INPUT_OUTPUT, str(error)) from None
     except NoSuchDevice as error:
         raise Failure(Exit.USAGE, str(error)) from None
     finally:
         audience.end()  # the terminal must be whole again before anyone speaks
+    _tell(outcome, settings, audience)
+    return outcome
 
 
-def _next_scene(outcome: Outcome, source: SceneFile, audience: PlainLines, stop: Interruption):
-    """Return the edited scene of a watched run; None if the run was ended by a signal."""
-    if outcome.kind == "unstable":
+def _edited(outcome: Outcome | None, source: SceneFile, audience: PlainLines, stop: Interruption) -> bool:
+    """Return whether there is an edited scene to run; waits for one after a run that cannot go on. False: a signal came first."""
+    if outcome and outcome.kind == "changed":
+        return True
+    if not stop.requested:
         audience.note("waiting for an edit of the scene")
-        while not source.edited() and not stop.requested:
-            time.sleep(WATCH_PERIOD)
-    if stop.requested:
-        return None
-    audience.note("the scene has changed: starting again")
-    return source.scene
+    while not stop.requested:
+        if source.edited():
+            return True
+        time.sleep(WATCH_PERIOD)
+    return False
 
 
 def _tell(outcome: Outcome, settings: Settings, audience: PlainLines) -> None:
