@@ -4,6 +4,7 @@ A kind of flow has a shipped scene of its own name; one of another family appear
 finite, twice the same, and a key that it does not have is refused where it stands.
 """
 
+import json
 from functools import cache
 
 import numpy as np
@@ -15,7 +16,7 @@ from warpsim.integrators import FIRST_ORDER_FORM, SECOND_ORDER_FORM
 from warpsim.kernels.birth import SHAPES
 from warpsim.kernels.flow import FLOWS
 from warpsim.kernels.forces import FORCES
-from warpsim.scene import emitters, flow, forces, load_text, shipped_scenes
+from warpsim.scene import emitters, flow, forces, json_schema, load_text, shipped_scenes
 
 FAMILIES = {  # spec's base class -> the registry of formulas in kernels/
     flow.FlowPrimitive: FLOWS,
@@ -82,6 +83,12 @@ def test_shipped_scene_tells_what_it_is(name):
     assert shipped_scenes()[name].read_text().startswith("# yaml-language-server: $schema=scene.schema.json\n")
     scene = load_scene(name)
     assert scene.description and scene.camera and scene.systems
+
+
+def test_schema_beside_the_scenes_is_the_present_one():
+    """Written by `python -m warpsim schema --out scenes/scene.schema.json`; editors read it from the scenes' first line."""
+    beside = shipped_scenes()["campfire"].with_name("scene.schema.json")
+    assert json.loads(beside.read_text()) == json.loads(json.dumps(json_schema()))
 
 
 def test_every_solver_is_in_a_scene():
