@@ -96,7 +96,8 @@ def test_its_own_page_is_welcome_by_either_name_and_through_a_tunnel(viewer):
 
 
 @pytest.mark.parametrize(
-    "message", ["{", "x" * 5000, "[" * 4000, '{"type": "ack", "frame": 99}', '{"type": "control", "name": "x"}', b"\xc1\x00"]
+    "message",
+    ["{", "x" * 5000, "[" * 4000, '{"type": "ack", "frame": 99}', '{"type": "control", "name": "x"}', '{"type": "hello"}', b"\xc1\x00"],
 )
 def test_a_page_that_talks_nonsense_is_shown_out(viewer, message):
     with Watcher(viewer.url) as watcher:

@@ -148,13 +148,14 @@ def test_when_the_room_is_full_the_quietest_page_goes(viewer):
     with contextlib.ExitStack() as stack:
         first, *rest = [stack.enter_context(Watcher(viewer.url)) for _ in range(MOST_CLIENTS)]
         assert eventually(lambda: viewer.client_count == MOST_CLIENTS)
-        first.say({"type": "hello"})  # speaks again, so that it is not the quietest
-        time.sleep(0.1)
-        newcomer = stack.enter_context(Watcher(viewer.url))
-        assert eventually(lambda: viewer.client_count == MOST_CLIENTS)
         viewer.publish(dust(1))
-        assert newcomer.read_frame() and first.read_frame()
-        assert rest[0].farewell() is None
+        first.ack(first.read_frame().number)  # the only one that draws, so not the quietest
+        assert eventually(viewer.wants_frame)
+        newcomer = stack.enter_context(Watcher(viewer.url))
+        assert newcomer.read_frame()
+        viewer.publish(dust(2))
+        assert first.read_frame()
+        assert rest[0].farewell() is None and viewer.client_count == MOST_CLIENTS
 
 
 def storm(url: str, connections: int) -> None:

@@ -58,13 +58,15 @@ class Watcher:
 
     def farewell(self) -> int | None:
         """Read until the server hangs up; return its close code, None if it just dropped the line."""
+        end = time.monotonic() + PATIENCE
         try:
-            while True:
+            while time.monotonic() < end:
                 code, data = self.socket.recv_data(control_frame=True)
                 if code == websocket.ABNF.OPCODE_CLOSE:
                     return struct.unpack(">H", data[:2])[0]
         except (websocket.WebSocketConnectionClosedException, ConnectionError):
             return None
+        raise AssertionError("the server holds on to the line")
 
     def reset(self) -> None:
         """Vanish as a killed browser does: the socket sends RST, whatever was under way."""

@@ -24,7 +24,7 @@ class Client(LocalRequest, WebSocketHandler):
         self.hub = hub
         self.wake = asyncio.Event()
         self.greeted = False
-        self.writing = True  # until the stage is set
+        self.ready = False  # its stage is not yet set
         self.sent = 0
         self.unanswered: deque[int] = deque()
         self.heard = 0.0
@@ -47,25 +47,27 @@ class Client(LocalRequest, WebSocketHandler):
         """Take a hello or an ack; whoever says anything else is no page of ours and is shown out."""
         try:
             number = read_reply(message)
+            if number is None and self.greeted:
+                raise ValueError("said hello before")
             if number is not None and number not in self.unanswered:
                 raise ValueError("no such frame on its way")
         except ValueError as mistake:
             self.close(_POLICY_VIOLATION, str(mistake)[:100])
+            self.stream.close()  # at once: who floods us would go on while goodbyes are said
             return
         self.heard = asyncio.get_running_loop().time()
         if number is None:
             self.greeted = True
         else:
             # A page that drew frame n has done with all frames before it.
-            while self.unanswered and self.unanswered[0] != number:
-                self.unanswered.popleft()
-            self.unanswered.popleft()
+            while self.unanswered.popleft() != number:
+                pass
         self.wake.set()
         self.hub.take_stock()
 
     def hungry(self) -> bool:
         """Whether a frame newer than the hub's latest would be sent at once."""
-        return self.greeted and not self.writing and len(self.unanswered) < CREDIT and self.sent == self.hub.number
+        return self.ready and len(self.unanswered) < CREDIT and self.sent == self.hub.number
 
     async def _pump(self) -> None:
         try:
@@ -73,7 +75,7 @@ class Client(LocalRequest, WebSocketHandler):
                 await self._rest()
             for command in self.hub.stage:
                 await self.write_message(command, binary=True)
-            self.writing = False
+            self.ready = True
             while True:
                 if self.sent != self.hub.number and len(self.unanswered) < CREDIT:
                     await self._send_latest()
@@ -90,6 +92,4 @@ class Client(LocalRequest, WebSocketHandler):
     async def _send_latest(self) -> None:
         self.sent, message = self.hub.latest
         self.unanswered.append(self.sent)
-        self.writing = True
         await self.write_message(message, binary=True)  # returns when the socket has taken it
-        self.writing = False
