@@ -50,6 +50,13 @@ class SignalTable:
         table.program = wp.array(program, dtype=expressions.Instruction, device=device)
         return table
 
+    def write(self, tables: signals.Signals) -> None:
+        """Overwrite device tables of the same sizes."""
+        fresh = self.tables(tables.rows.device.alias)
+        for name in ("rows", "knots", "program"):
+            if len(getattr(fresh, name)):
+                getattr(tables, name).assign(getattr(fresh, name))
+
 
 def unit(vector: Sequence[float]) -> wp.vec3:
     """Return the vector's direction, worked out in float64."""
@@ -100,26 +107,42 @@ class Environment:
 
     def __init__(self, scene: Scene, device: str):
         self.scene, self.device = scene, device
-        table = SignalTable()
-        self._flow = [flow_row(spec, table) for spec in scene.flow]
-        self._forces = [force_row(spec, table) for spec in scene.forces]
+        table = self._rows_of(scene)
         self.signals = table.tables(device)
         self.start_time = wp.zeros(1, dtype=wp.float64, device=device)
 
+    def _rows_of(self, scene: Scene) -> SignalTable:
+        table = SignalTable()
+        self._flow = [flow_row(spec, table) for spec in scene.flow]
+        self._forces = [force_row(spec, table) for spec in scene.forces]
+        return table
+
+    def change(self, scene: Scene) -> None:
+        """Take the numbers of another scene of the same structure, in place: addresses stay, so captured graphs stay valid."""
+        self.scene = scene
+        self._rows_of(scene).write(self.signals)
+
     def feel(self, feels, coupling, substep_count: int) -> "Surroundings":
         """Return the tables of one system: what it feels, with a moment at every half substep."""
-        chosen_flow = [] if coupling is None else pick(self.scene.flow, self._flow, feels.flow)
-        chosen_forces = pick(self.scene.forces, self._forces, feels.forces)
+        spacing = 0.5 / (self.scene.time.fps * substep_count)
+        return Surroundings(self, *self.felt(feels, coupling), 2 * substep_count + 1, spacing)
+
+    def felt(self, feels, coupling) -> tuple[EnvironmentRow, list, list]:
+        """Return what one system feels: its row but for the tables, the rows of flow and of forces."""
         row = EnvironmentRow()
         row.gravity = wp.vec3(*self.scene.gravity) if feels.gravity else wp.vec3()
         row.alpha, row.viscosity = getattr(coupling, "alpha", 0.0), getattr(coupling, "viscosity", 0.0)
         row.extent, row.policy = self.scene.limits.extent, UNSTABLE_POLICIES[self.scene.limits.unstable]
-        spacing = 0.5 / (self.scene.time.fps * substep_count)
-        return Surroundings(self, row, chosen_flow, chosen_forces, 2 * substep_count + 1, spacing)
+        chosen_flow = [] if coupling is None else pick(self.scene.flow, self._flow, feels.flow)
+        return row, chosen_flow, pick(self.scene.forces, self._forces, feels.forces)
+
+    def everything(self) -> tuple[EnvironmentRow, list, list]:
+        """Return what a probe feels: the whole flow."""
+        return EnvironmentRow(), self._flow, []
 
     def probe(self) -> "Surroundings":
         """Return tables of the whole flow with a single moment, for probes; their time is their own."""
-        return Surroundings(self, EnvironmentRow(), self._flow, [], 1, 0.0, wp.zeros(1, dtype=wp.float64, device=self.device))
+        return Surroundings(self, *self.everything(), 1, 0.0, wp.zeros(1, dtype=wp.float64, device=self.device))
 
 
 def pick(specs: Sequence, rows: list, chosen) -> list:
@@ -143,6 +166,14 @@ class Surroundings:
         row.forces = wp.zeros((moment_count, len(force_rows)), dtype=forces.ForceField, device=device)
         self.flow, self.forces = row.flow, row.forces
         self.row = wp.array([row], dtype=EnvironmentRow, device=device)
+
+    def change(self, row: EnvironmentRow, flow_rows: list, force_rows: list) -> None:
+        """Take other numbers for the same rows, in place."""
+        row.flow, row.forces = self.flow, self.forces
+        self.row.assign(wp.array([row], dtype=EnvironmentRow, device=self.row.device))
+        for table, rows in ((self._flow, flow_rows), (self._forces, force_rows)):
+            if rows:
+                table.assign(wp.array(rows, dtype=table.dtype, device=table.device))
 
     def stage(self) -> Stage:
         """Return the stage that fills the tables for the frame under way."""

@@ -38,7 +38,11 @@ class FlowProbe:
     """The scene's whole flow: samples, derivatives and integrals. `time` [s] defaults to the simulation's present."""
 
     def __init__(self, environment: Environment, now: Callable[[], float]):
-        self._tables, self._now, self._device = environment.probe(), now, environment.device
+        self._environment, self._tables, self._now, self._device = environment, environment.probe(), now, environment.device
+
+    def change(self) -> None:
+        """Take the numbers of the environment, which has changed."""
+        self._tables.change(*self._environment.everything())
 
     def _sample(self, points: np.ndarray, time: float | None) -> np.ndarray:
         """Return the velocity in float64 at points (n, 3)."""

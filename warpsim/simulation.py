@@ -1,6 +1,7 @@
 """Simulation: builds systems from a scene and advances them, frame by frame, as one captured graph."""
 
 import hashlib
+import json
 import math
 import weakref
 from collections.abc import Iterator
@@ -8,6 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 import warp as wp
 
+from warpsim.changes import Change, changed_scene
 from warpsim.environment import Environment
 from warpsim.frame import Frame, SystemFrame
 from warpsim.kernels.lifetime import advance_clock
@@ -67,8 +69,41 @@ class Simulation:
         self._graph = FrameGraph(list(self._stages(native)), self.device, self.threads, native)
         self._frame: weakref.ref[Frame] | None = None
         self.index -= 1  # the opening step makes the first frame: whoever is born at that very moment is in it
+        self.changes: list[Change] = []
+        self._change_count = 0  # of them in effect; fewer than all after a seek back
         self._good = self._state()
         while self.index < 0:
+            self.step_frame()
+        self._first = self._good = self._state()
+
+    def change(self, path: str, value) -> None:
+        """Change a number of the running scene, as `--set path=value` would; it acts from the next step on and is logged.
+
+        Raises SceneError if the scene would not be valid, FixedField (a ValueError) if the change needs a new start.
+        """
+        text = value if isinstance(value, str) else json.dumps(value)
+        self._take(changed_scene(self.scene, path, text))
+        self.changes = [*self.changes[: self._change_count], Change(self.index, path, text)]
+        self._change_count += 1
+
+    def _take(self, scene: Scene) -> None:
+        self.scene = scene
+        self.environment.change(scene)
+        self.flow.change()
+        for name, system in self.systems.items():
+            system.change(scene.systems[name], scene, self.environment)
+
+    def seek(self, index: int) -> None:
+        """Go to any frame, back or forth: recomputed from the nearest earlier state, with the changes that were made on the way.
+
+        Raises ValueError for a frame before the first.
+        """
+        if index < 0:
+            raise ValueError(f"there is no frame {index}: the first is 0")
+        if index < self.index:
+            self._keep_frame()
+            self._restore(self._good if self._good["index"] <= index else self._first)
+        while self.index < index:
             self.step_frame()
 
     def _stages(self, native: bool) -> Iterator[Stage]:
@@ -97,6 +132,10 @@ class Simulation:
             self._answer_faults()
 
     def _advance(self) -> None:
+        while self._change_count < len(self.changes) and self.changes[self._change_count].index <= self.index:
+            change = self.changes[self._change_count]  # made in an earlier pass over this frame
+            self._change_count += 1
+            self._take(changed_scene(self.scene, change.path, change.value))
         on_cpu = self.device == "cpu"
         try:
             self._graph.run(sum(system.population.counter("live") for system in self.systems.values()) if on_cpu else 0)
@@ -140,11 +179,14 @@ class Simulation:
 
     def _state(self) -> dict:
         """Return a copy of everything the future depends on."""
-        return {"index": self.index, "systems": {name: system.save() for name, system in self.systems.items()}}
+        past = {"index": self.index, "scene": self.scene, "change_count": self._change_count}
+        return past | {"systems": {name: system.save() for name, system in self.systems.items()}}
 
     def _restore(self, state: dict) -> None:
-        self.index = state["index"]
+        self.index, self._change_count = state["index"], state["change_count"]
         self._clock.fill_(self.index)
+        if state["scene"] is not self.scene:
+            self._take(state["scene"])
         for name, system in self.systems.items():
             system.restore(state["systems"][name])
 

@@ -88,11 +88,9 @@ class Emission:
     """The births of one system: tables that stay, progress that moves on."""
 
     def __init__(self, name: str, spec, scene, population: Population, clock: wp.array):
-        device, frame_time, beginning = population.device, 1.0 / scene.time.fps, -scene.time.prewarm
-        table, self.population = SignalTable(), population
-        keys = [random_key(scene.seed, name, e) for e in range(len(spec.emitters))]
-        rows = [emitter_row(s, key, table, beginning, frame_time) for s, key in zip(spec.emitters, keys, strict=True)]
-        bursts = burst_rows(spec.emitters, beginning)
+        device, frame_time, self.population, self.name = population.device, 1.0 / scene.time.fps, population, name
+        rows, table = self._rows(spec, scene)
+        bursts = burst_rows(spec.emitters, -scene.time.prewarm)
         pieces = sum(math.ceil(frame_time / row.interval) + 2 for row in rows if row.mean >= 0)
         self.births, self.plan = emission.Births(), emission.Plan()
         self.births.emitters = wp.array(rows, dtype=emission.Emitter, device=device)
@@ -104,6 +102,22 @@ class Emission:
         self.plan.progress = wp.array(start, dtype=emission.Progress, device=device)
         self.plan.segments = wp.zeros(pieces + len(bursts), dtype=emission.Segment, device=device)
         self.plan.segment_count = wp.zeros(1, dtype=int, device=device)
+
+    def _rows(self, spec, scene) -> tuple[list[emission.Emitter], SignalTable]:
+        table = SignalTable()
+        keys = [random_key(scene.seed, self.name, e) for e in range(len(spec.emitters))]
+        rows = [
+            emitter_row(emitter, key, table, -scene.time.prewarm, 1.0 / scene.time.fps)
+            for emitter, key in zip(spec.emitters, keys, strict=True)
+        ]
+        return rows, table
+
+    def change(self, spec, scene) -> None:
+        """Take the numbers of another spec of the same structure, in place."""
+        rows, table = self._rows(spec, scene)
+        table.write(self.births.signals)
+        if rows:
+            self.births.emitters.assign(wp.array(rows, dtype=emission.Emitter, device=self.population.device))
 
     def stages(self, targets: emission.Particles, loop: wp.Kernel):
         """Yield the stages that plan and fill in this frame's births."""

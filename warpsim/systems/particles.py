@@ -65,6 +65,13 @@ class Particles:
         yield Stage("advance", plain, self.population.capacity, inputs, loop)
         yield from removal(self.population, native)
 
+    def change(self, spec, scene: Scene, environment: Environment) -> None:
+        """Take the numbers of another spec of the same structure, in place; the environment has changed already."""
+        self.spec = spec
+        self.surroundings.change(*environment.felt(spec.feels, spec.coupling))
+        self.emission.change(spec, scene)
+        self.points.change(spec.look)
+
     def save(self) -> dict[str, np.ndarray]:
         """Return a copy of the full state."""
         return {**self.population.save(), "progress": self.emission.save()}

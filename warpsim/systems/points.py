@@ -29,14 +29,19 @@ class PointPacker:
 
     def __init__(self, population: Population, particles: Particles, look, fps: float):
         self._population, self._particles, self._fps = population, particles, fps
+        self.change(look)
+
+    def change(self, look) -> None:
+        """Take another look."""
+        device = self._population.device
         life = (np.arange(LIFE_STEPS) + 0.5) / LIFE_STEPS
         size = np.interp(life, *zip(*look.size.stops, strict=True))
         stops, colors = zip(*look.color.stops, strict=True)
         rgba = np.stack([np.interp(life, stops, channel) for channel in np.array(colors).T], axis=1)
         self._size_max = max(float(size.max()), 1e-9)
-        self._size = wp.array(size / self._size_max, dtype=float, device=population.device)
+        self._size = wp.array(size / self._size_max, dtype=float, device=device)
         words = np.ascontiguousarray(np.rint(rgba * 255).astype(np.uint8)).view("<u4")[:, 0]
-        self._color = wp.array(words, dtype=wp.uint32, device=population.device)
+        self._color = wp.array(words, dtype=wp.uint32, device=device)
 
     def pack(self, index: int, limit: int | None) -> PackedPoints:
         """Pack the live particles of the present frame; above `limit` a subset by id, so that a particle does not come and go."""

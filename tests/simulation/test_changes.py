@@ -1,0 +1,90 @@
+"""Changes while a scene runs, and going back to any frame."""
+
+import pytest
+
+from tests.simulation.scenes import burst, scene
+from warpsim import SceneError, Simulation
+from warpsim.changes import FixedField
+
+
+def steady(**more):
+    """One particle at rest in still air, without gravity, and a wind that may be set."""
+    wind = [{"name": "wind", "type": "uniform", "velocity": [0.0, 0.0, 0.0]}]
+    return scene({"coupling": "tracer"}, burst(), gravity=[0, 0, 0], flow=wind, **more)
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ("gravity", [0, -1, 0]),
+        ("flow.1.circulation", 3.0),
+        ("flow.0.velocity", [1.0, {"sine": {"amplitude": 2.0, "period": 0.3}}, 0]),
+        ("systems.p.coupling.alpha", 5e-3),
+        ("systems.p.emitters.0.rate.mean", 5000),
+        ("systems.p.emitters.0.velocity.speed.mean", 2.0),
+    ],
+)
+def test_a_change_acts_at_once_like_a_scene_built_with_it(path, value):
+    sim, other = (Simulation(scene(), device="cpu", threads=1) for _ in range(2))
+    sim.change(path, value)
+    built = Simulation(sim.scene, device="cpu", threads=1)
+    for each in (sim, other, built):
+        each.run(0.2)
+    assert sim.state_hash() == built.state_hash() != other.state_hash()
+
+
+def test_a_probe_and_a_look_change_too():
+    sim = Simulation(steady(), device="cpu", threads=1)
+    sim.change("flow.wind.velocity", [2.0, 0.0, 0.0])
+    assert sim.flow.sample([[0.0, 0.0, 0.0]])[0, 0] == 2.0
+    sim.change("systems.p.look.color", '"#0000ff"')
+    assert sim.frame()["p"].packed().color[0].tolist() == [0, 0, 255, 255]
+
+
+@pytest.mark.parametrize(("path", "value"), [("systems.p.capacity", 5), ("seed", 4), ("time.fps", 30), ("systems.p.solver", '"verlet"')])
+def test_what_needs_a_new_start_is_refused_and_changes_nothing(path, value):
+    sim = Simulation(scene(), device="cpu", threads=1)
+    before = sim.scene
+    with pytest.raises(FixedField, match="restart"):
+        sim.change(path, value)
+    assert sim.scene is before and sim.changes == []
+
+
+def test_a_change_that_is_no_scene_is_refused_like_a_file():
+    with pytest.raises(SceneError, match="did you mean circulation"):
+        Simulation(scene(), device="cpu").change("flow.1.circulatoin", 3.0)
+
+
+@pytest.mark.parametrize("index", [0, 1, 63, 64, 65, 70])
+def test_any_frame_can_be_gone_back_to(index):
+    sim, straight = (Simulation(scene(), device="cpu", threads=1) for _ in range(2))
+    sim.seek(150)
+    sim.seek(index)
+    straight.seek(index)
+    assert sim.index == index and sim.state_hash() == straight.state_hash()
+    sim.seek(150)
+    straight.seek(150)
+    assert sim.state_hash() == straight.state_hash()
+
+
+def test_going_back_and_forth_makes_the_same_changes_again():
+    sim = Simulation(steady(), device="cpu", threads=1)
+    sim.seek(10)
+    sim.change("flow.wind.velocity", [6.0, 0.0, 0.0])
+    sim.seek(40)
+    end, x = sim.state_hash(), sim.frame()["p"].position[0, 0]
+    assert x == pytest.approx(6.0 * 30 / 60, rel=1e-5)
+    sim.seek(5)
+    assert sim.scene.flow[0].velocity[0] == 0.0
+    sim.seek(40)
+    assert sim.state_hash() == end and [change.index for change in sim.changes] == [10]
+    sim.seek(20)
+    sim.change("flow.wind.velocity", [0.0, 0.0, 0.0])
+    sim.seek(5)
+    sim.change("flow.wind.velocity", [1.0, 0.0, 0.0])  # what came after belongs to another story
+    assert [change.index for change in sim.changes] == [5]
+
+
+def test_there_is_nothing_before_the_first_frame():
+    with pytest.raises(ValueError, match="the first is 0"):
+        Simulation(scene(), device="cpu").seek(-1)
