@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from warpsim.scene.fields import Slot, choices_of, fixed_length, forms, item_of, keys_of, scene_slot, specs_of, types_of
+from warpsim.scene.fields import Slot, choices_of, fixed_length, forms, is_list, item_of, keys_of, scene_slot, specs_of, types_of
 from warpsim.scene.nearest import likeness, nearest
 from warpsim.scene.nodes import Mapping, Node, Scalar, Sequence
 from warpsim.scene.phrases import found_in_words, in_words, mended, range_in_words, shortened, unit_in_words
@@ -110,7 +110,9 @@ def _elsewhere(word: str, place: Place, root: Node) -> tuple[str, bool] | None:
         mapping = above.node
         if isinstance(mapping, Mapping) and word in _keys(above.slot) and word not in mapping.entries:
             return above.dotted or "the scene itself", True
-    return None
+    top = keys_of(specs_of(scene_slot())[0])
+    home = next((key for key, slot in top.items() if not is_list(slot) and word in _keys(slot)), None)
+    return (home, True) if home else None
 
 
 def is_misspelled(location: tuple[str | int, ...], place: Place, root: Node) -> bool:

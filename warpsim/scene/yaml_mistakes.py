@@ -4,6 +4,9 @@ import yaml
 
 from warpsim.scene.nodes import Source
 from warpsim.scene.problems import Problem
+from warpsim.scene.unclosed import find_unclosed
+
+_QUOTES = "\"'"
 
 # libyaml's words -> (ours, whether the beginning of the enclosing thing is the likelier place than where the parser gave up).
 _WORDS = {
@@ -48,6 +51,10 @@ def explain(error: yaml.YAMLError, source: Source) -> Problem:
     problem = getattr(error, "problem", None) or str(error).splitlines()[0]
     mark = getattr(error, "problem_mark", None)
     context = getattr(error, "context_mark", None)
+    unclosed = find_unclosed(source.lines, mark.line) if mark is not None else None
+    if unclosed:
+        line, column, sign = unclosed
+        return source.problem(line, column, f"this {'quote' if sign in _QUOTES else sign} is not closed")
     if problem == "found character that cannot start any token":
         return _at(source, mark, _cannot_start(source, mark))
     message, begins = _WORDS.get(problem, (f"this is not YAML: {problem}", False))
