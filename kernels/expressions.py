@@ -34,7 +34,9 @@ def tanh64(x: wp.float64) -> wp.float64:
 @wp.func
 def smoothstep64(a: wp.float64, b: wp.float64, x: wp.float64) -> wp.float64:
     """Return 3s² − 2s³ with s = (x − a)/(b − a) held to [0, 1]."""
-    s = wp.clamp((x - a) / (b - a), wp.float64(0.0), wp.float64(1.0))
+    s = (x - a) / (b - a)
+    if s == s:  # a clamped NaN would be a number
+        s = wp.min(wp.max(s, wp.float64(0.0)), wp.float64(1.0))
     return s * s * (wp.float64(3.0) - wp.float64(2.0) * s)
 
 
