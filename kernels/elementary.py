@@ -103,7 +103,8 @@ def log64(x: wp.float64) -> wp.float64:
     if not x > wp.float64(2.3e-308):
         return wp.float64(wp.nan)
     n = binary_exponent64(x)
-    m = (x * wp.float64(0.5)) * power_of_two64(wp.int64(1) - n)  # in two steps: 2^-1024 is no normal number
+    half = n >> wp.int64(1)
+    m = x * power_of_two64(-half) * power_of_two64(half - n)  # in two steps: 2^-1024 is no normal number
     if m < wp.float64(0.70710678118654752):
         m = m * wp.float64(2.0)
         n = n - wp.int64(1)
