@@ -90,7 +90,7 @@ def test_the_page_waits_for_the_next_run_and_joins_it(browser):
         assert viewer.wait_for_client(60.0)
         show(viewer, page, dust(1, 50))
         page.run("viewer.camera.position.set(1, 2, 3), viewer.controls.dispatchEvent({type: 'start'})")
-    page.wait_for("document.getElementById('hud').textContent.includes('ended')")
+    page.wait_for("document.getElementById('hud').textContent.includes('ended') && stream.number === 0")
     with Viewer(DUST, port=urlsplit(viewer.url).port) as viewer:
         assert viewer.wait_for_client(60.0)
         show(viewer, page, dust(2, 60))

@@ -36,7 +36,7 @@ class Stream {
     this.stage = stage;
     this.hud = hud;
     this.clouds = [];
-    this.number = 0;          // of the frame shown last
+    this.number = 0;          // of the frame shown last, on this connection
     this.time = 0;
     this.frames = 0;          // shown since the page was loaded
     this.unanswered = null;   // number of a frame shown but not yet drawn
@@ -91,7 +91,9 @@ class Stream {
     address.protocol = address.protocol.replace("http", "ws");
     this.viewer.connect(address.href);
     const socket = this.socket = this.viewer.connection;
-    socket.onopen = () => { this.unanswered = null; socket.send('{"type":"hello"}'); };
+    this.number = 0;
+    this.unanswered = null;
+    socket.onopen = () => socket.send('{"type":"hello"}');
     socket.onmessage = (message) => this.receive(message);
     socket.onclose = () => {
       this.hud.say("the run has ended; waiting for the next");
