@@ -53,7 +53,7 @@ def mean_decay(z: float) -> float:
 
 @wp.func(inline=True)
 def log_positive(x: float) -> float:
-    """Return ln x for a normal x > 0 below 2^127, to 2e-7.  Source: ln m = 2 artanh((m − 1)/(m + 1))."""
+    """Return ln x for a normal x > 0 below 2^126, to 2e-7.  Source: ln m = 2 artanh((m − 1)/(m + 1))."""
     n = binary_exponent(x)
     m = x * power_of_two(-n)
     low = wp.where(m < 0.70710678, 1, 0)
