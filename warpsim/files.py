@@ -78,7 +78,8 @@ class LineFile:
         self.path = path
         self._descriptor = None
         try:
-            self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+            flags = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
+            self._descriptor = os.open(path, flags, 0o666)
             self.length = self._cut_torn_tail()
             sync_folder(path.parent)
         except OSError as error:
@@ -112,7 +113,8 @@ class LineFile:
         length = end = os.fstat(self._descriptor).st_size
         while end:
             start = max(0, end - 4096)
-            newline = os.pread(self._descriptor, end - start, start).rfind(b"\n")
+            os.lseek(self._descriptor, start, os.SEEK_SET)  # os.pread is not everywhere; what is appended goes to the end anyway
+            newline = os.read(self._descriptor, end - start).rfind(b"\n")
             if newline >= 0:
                 end = start + newline + 1
                 break

@@ -46,7 +46,7 @@ def test_info_of_a_field(path, words):
 @pytest.mark.parametrize(("name", "meant"), [("campfir", "campfire"), ("systems.particles.capacty", "capacity")])
 def test_info_suggests(name, meant):
     result = warpsim("info", name)
-    assert result.returncode in (2, 3) and meant in result.stderr and "Traceback" not in result.stderr
+    assert result.returncode == 2 and meant in result.stderr and "Traceback" not in result.stderr
 
 
 def test_new_writes_a_scene_that_validates_and_runs(tmp_path):
@@ -145,3 +145,18 @@ def test_a_reader_that_leaves_is_no_error_to_talk_about(tmp_path):
     process = subprocess.Popen(command("schema"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment())
     process.stdout.close()
     assert process.stderr.read() == b"" and process.wait() == 5
+
+
+@pytest.mark.parametrize("arguments", [["list"], ["run", "campfire", "--viewer", "none", "--frames", "1"]])
+def test_output_onto_a_full_disk_ends_with_5(arguments):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(command(*arguments), stdout=full, stderr=subprocess.PIPE, env=environment(), text=True)
+    assert done.returncode == 5 and done.stderr.splitlines() == ["error: No space left on device"]
+
+
+def test_closed_and_narrow_streams(tmp_path):
+    closed = subprocess.run(f"{' '.join(command('list'))} >&- 2>&-", shell=True, env=environment())
+    assert closed.returncode == 0
+    (tmp_path / "fireworks.yaml").write_text(SPARKS.replace("name: Sparks", "name: 花火 …"))
+    narrow = warpsim("info", "fireworks.yaml", cwd=tmp_path, PYTHONIOENCODING="latin-1")
+    assert narrow.returncode == 0 and "??" in narrow.stdout, narrow.stderr

@@ -1,12 +1,14 @@
 """Runs with a viewer where something is missing or taken: the port, the browser, the display."""
 
 import re
+import signal
 import subprocess
 import urllib.request
 
 import pytest
 
 from tests.command import SPARKS, command, environment, warpsim
+from tests.viewer.watcher import Watcher
 
 
 @pytest.fixture
@@ -41,3 +43,31 @@ def test_the_viewer_does_not_change_the_run(folder):
         assert done.returncode == 0
         hashes.add((folder / viewer / "frames.jsonl").read_text())
     assert len(hashes) == 1
+
+
+def test_pages_early_and_late_see_the_last_frame(folder):
+    """--watch keeps the run at its last frame although it is piped."""
+    line = command("run", "sparks.yaml", "--port", "0", "--frames", "60", "--watch")
+    run = subprocess.Popen(line, cwd=folder, env=environment(), stdout=subprocess.PIPE, text=True)
+    try:
+        url = run.stdout.readline().split()[-1]
+        with Watcher(url) as early:
+            while not early.frames or early.frames[-1].time < 1.0:
+                early.ack(early.read_frame().number)
+        times = [frame.time for frame in early.frames]
+        assert times == sorted(times) and len(times) > 10
+        with Watcher(url) as late:
+            assert late.read_frame().time == 1.0
+    finally:
+        run.send_signal(signal.SIGINT)
+        assert run.wait(timeout=10) == 0
+        run.stdout.close()
+
+
+def test_a_page_that_never_answers_does_not_hold_up_the_run(folder):
+    line = command("run", "sparks.yaml", "--port", "0", "--frames", "60")
+    run = subprocess.Popen(line, cwd=folder, env=environment(), stdout=subprocess.PIPE, text=True)
+    with Watcher(run.stdout.readline().split()[-1]):
+        assert run.wait(timeout=60) == 0
+    assert float(re.search(r"([\d.]+)x real time", run.stdout.read().splitlines()[-1]).group(1)) > 1.0
+    run.stdout.close()

@@ -88,12 +88,15 @@ def check_viewer() -> Iterator[Finding]:
     for package in ("meshcat", "tornado"):
         if find_spec(package) is None:
             yield Finding("viewer", FAIL, f"the package {package} is missing", f"pip install {package}")
+            return
+    from warpsim.observers.viewer.hub import DEFAULT_PORT
+
     with socket.socket() as probe:
         try:
-            probe.bind(("127.0.0.1", 7000))
-            yield Finding("port", OK, "127.0.0.1:7000 is free")
+            probe.bind(("127.0.0.1", DEFAULT_PORT))
+            yield Finding("port", OK, f"127.0.0.1:{DEFAULT_PORT} is free")
         except OSError as error:
-            yield Finding("port", WARN, f"127.0.0.1:7000: {error.strerror}", "the viewer takes the next free one and prints it")
+            yield Finding("port", WARN, f"127.0.0.1:{DEFAULT_PORT}: {error.strerror}", "the viewer takes the next free one and prints it")
     from warpsim.cli.browser import missing_browser
 
     trouble = missing_browser()

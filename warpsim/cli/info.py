@@ -25,6 +25,8 @@ def info(
         return Exit.OK
     for key, value in facts.items():
         lines = value if isinstance(value, list) else [value]
+        if key in ("choices", "keys", "types"):
+            lines = [", ".join(map(str, lines))]
         for number, line in enumerate(lines):
             typer.echo(f"{'' if number else key.replace('_', ' ') + ':':<13} {_worded(line)}")
     return Exit.OK
@@ -55,7 +57,7 @@ def _scene_facts(path: Path) -> dict[str, object]:
 
     scene = load_scene(path)
     prewarm = f", after {scene.time.prewarm:g} s of prewarm" if scene.time.prewarm else ""
-    return {
+    facts = {
         "name": scene.name,
         "description": " ".join(scene.description.split()),
         "file": str(path),
@@ -67,6 +69,7 @@ def _scene_facts(path: Path) -> dict[str, object]:
         "systems": [_system(name, system) for name, system in scene.systems.items()],
         "memory": f"about {max(estimate_memory(scene) / GIB, 0.01):.2f} GiB",
     }
+    return {key: value for key, value in facts.items() if value not in ("", [])}
 
 
 def _system(name: str, system) -> str:
@@ -79,17 +82,16 @@ def _entry(entry) -> str:
 
 
 def _field_facts(path: str) -> dict[str, object]:
-    """Return what there is to know about a field. Raises Failure if there is neither a scene nor a field of that name."""
+    """Return what there is to know about a field. Raises Failure or UnknownSceneError if there is neither."""
     from warpsim.cli.outcome import Exit, Failure
-    from warpsim.scene import UnknownFieldError, UnknownSceneError, describe_field, find_scene
+    from warpsim.scene import UnknownFieldError, describe_field, find_scene
 
     try:
         field = describe_field(path)
     except UnknownFieldError as unknown:
-        try:
-            find_scene(path)
-        except UnknownSceneError as error:
-            raise Failure(Exit.USAGE, f"{error}\n       nor is it a field: {unknown}") from None
+        if "." in path or unknown.problems[0].suggestion:
+            raise Failure(Exit.USAGE, str(unknown)) from None
+        find_scene(path)  # says which scenes there are; UnknownSceneError ends as a usage mistake too
         raise
     limits = [f"{'>' if field.minimum_excluded else '>='} {field.minimum:.12g}"] if field.minimum is not None else []
     limits += [f"<= {field.maximum:.12g}"] if field.maximum is not None else []

@@ -5,6 +5,7 @@ import os
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from enum import IntEnum
 from pathlib import Path
 
@@ -32,6 +33,7 @@ class Failure(Exception):
 
 def exit_code_of(action: Callable[[], object]) -> int:
     """Run an action that returns an exit code or None, and return the exit code, whatever happens in it."""
+    _open_streams()
     try:
         code = action()
         sys.stdout.flush()
@@ -40,12 +42,14 @@ def exit_code_of(action: Callable[[], object]) -> int:
         return Exit.INPUT_OUTPUT if end.code else Exit.OK
     except KeyboardInterrupt:
         return _said(Exit.INTERRUPTED, "interrupted")
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader has left; Python would complain again at exit
+    except BrokenPipeError:  # the reader has left, and wants no words about it
+        _abandon_output()
         return Exit.INPUT_OUTPUT
     except Failure as failure:
         return _said(failure.code, f"error: {failure}")
     except OSError as error:
+        if error.filename is None:  # files are named: this was standard output, as on a full disk
+            _abandon_output()
         return _said(Exit.INPUT_OUTPUT, f"error: {_located(error)}")
     except Exception as error:
         return _exit_code_of_error(error)
@@ -64,6 +68,21 @@ def _exit_code_of_error(error: Exception) -> int:
     if isinstance(error, SceneError):
         return _said(Exit.USAGE if isinstance(error, UnknownSceneError) else Exit.BAD_SCENE, str(error))
     return _crashed(error)
+
+
+def _open_streams() -> None:
+    """Make printing safe: a closed stream takes everything, and a character that the terminal cannot show becomes a question mark."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115  (as long as the process lives)
+        if hasattr(getattr(sys, name), "reconfigure"):
+            getattr(sys, name).reconfigure(errors="replace")
+
+
+def _abandon_output() -> None:
+    """Send the rest of standard output nowhere, because Python would fail to flush it once more at exit."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def print_json(value: object) -> None:
