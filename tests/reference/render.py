@@ -1,0 +1,13 @@
+"""Twin of kernels/render.py: particles as quantized points."""
+
+import numpy as np
+
+
+def pack(position: np.ndarray, life: np.ndarray, size: np.ndarray, color: np.ndarray):
+    """Return uint16 (n, 4) of x, y, z within the box round all, and size; uint8 (n, 4) of color; tables by share of life."""
+    low, high = position.min(axis=0).astype(float), position.max(axis=0).astype(float)
+    extent = np.where(high > low, high - low, 1.0)
+    steps = np.where(high > low, (position - low) / extent * 65535.0, 0.0)
+    k = np.clip((life * len(size)).astype(int), 0, len(size) - 1)
+    place = np.concatenate([steps, size[k, None] * 65535.0], axis=1)
+    return np.floor(np.clip(place + 0.5, 0.0, 65535.0)).astype(np.uint16), color[k]
