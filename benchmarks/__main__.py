@@ -12,6 +12,7 @@ import warpsim
 from benchmarks.cases import Case, million, sparks
 from benchmarks.measure import Sample, Way, stage_shares, take_turns
 from benchmarks.report import Report
+from warpsim.kernel_cache import prepare_kernel_cache
 from warpsim.launch import available_cores
 
 
@@ -92,7 +93,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=30, help="turns of each way")
     parser.add_argument("--device", default="cpu", help="cpu or cuda:N")
     options = parser.parse_args()
-    wp.config.log_level = wp.LOG_WARNING  # no line per module
+    prepare_kernel_cache(print)
     count, rounds = (20_000, 5) if options.quick else (options.count, options.rounds)
     report = Report(Console(width=None if sys.stdout.isatty() else 140))
     machine = {"processor": processor(), "cores": available_cores(), "device": options.device}
