@@ -67,9 +67,13 @@ class Glow {
   static pass(fragment, values) {
     const T = MeshCat.THREE, uniforms = {};
     for (const [name, value] of Object.entries(values)) uniforms[name] = { value };
-    const vertexShader = "attribute vec3 position; varying vec2 at; void main() { at = 0.5 * position.xy + 0.5; gl_Position = vec4(position.xy, 0.0, 1.0); }";
+    const vertexShader = `
+      attribute vec3 position;
+      varying vec2 at;
+      void main() { at = 0.5 * position.xy + 0.5; gl_Position = vec4(position.xy, 0.0, 1.0); }`;
     const head = "precision highp float; varying vec2 at; uniform sampler2D picture; uniform vec2 texel;";
-    return new T.RawShaderMaterial({ vertexShader, fragmentShader: head + fragment, uniforms, depthTest: false, depthWrite: false, blending: T.NoBlending });
+    const flat = { depthTest: false, depthWrite: false, blending: T.NoBlending };
+    return new T.RawShaderMaterial({ vertexShader, fragmentShader: head + fragment, uniforms, ...flat });
   }
 }
 

@@ -1,10 +1,10 @@
 // How a particle looks: one vertex shader that sizes it in world metres, one fragment shader per look.
 //
 // Colors arrive as authored (sRGB) with alpha, and leave premultiplied.  Two ways to blend:
-//   additive: result = source + (1 - source) * behind, per channel ("screen").  Light adds up, but like film it saturates
-//             softly: n layers of s give 1 - (1 - s)^n, so that an orange core burns to yellow, then white, never clips to
-//             flat patches, and the order of the particles does not matter.
-//   alpha:    result = source + (1 - alpha) * behind.
+//   additive: result = source + behind, into half floats, for glow.js to develop.  On a graphics card without them
+//             source + (1 - source) * behind per channel: n layers of s give 1 - (1 - s)^n, so that an orange core still burns
+//             to yellow and never clips to flat patches.  Either way the order of the particles does not matter.
+//   alpha:    result = source + (1 - alpha) * behind, in order of birth.
 "use strict";
 
 const Looks = (() => {
@@ -29,7 +29,7 @@ const Looks = (() => {
       pixels = max(wanted, leastPixels);
       gl_PointSize = pixels;
       float kept = min(wanted / leastPixels, 1.0);
-      tint = vec4(color.rgb, color.a * mix(1.0, kept * kept, fades));
+      tint = vec4(color.rgb, color.a * mix(1.0, kept, fades));  // by width, not area: a far spark is still a spark
       if (tint.a * wanted <= 0.0) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // invisible: outside the picture
     }`;
 
@@ -72,7 +72,6 @@ const Looks = (() => {
       gl_FragColor = vec4(c * alpha, ADDS == 1 ? 0.0 : alpha);
     }`;
 
-  // Three r132 has no name for the blend factors of a look; these are they.
   function material(shape, blend, inFloats) {
     const adds = blend === "additive", sphere = shape === "points";
     return new T.RawShaderMaterial({
