@@ -1,4 +1,4 @@
-"""The browser viewer: Meshcat's page, our own server (docs: viewer)."""
+"""The browser viewer: Meshcat's page, our own server."""
 
 from warpsim.observers.viewer.viewer import Viewer
 
