@@ -45,7 +45,6 @@ OPERATIONS = {
 }
 
 
-
 def evaluate(program, t: float) -> float:
     """Return the value of [(operation name, operand), …] at time t [s]."""
     stack: list[float] = []
