@@ -35,8 +35,6 @@ OTHER_WORDS = {
     "gamma": ("circulation",),
     "omega": ("angular_velocity",),
     "sink": ("source",),
-    "wirbel": ("vortex",),
-    "swirl": ("vortex",),
     "circle": ("disc",),
     "disk": ("disc",),
     "ball": ("sphere",),

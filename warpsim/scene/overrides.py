@@ -86,12 +86,8 @@ class _Change:
             self._fail(part, column, walked, known, "has no key")
         key = Scalar(self.source, 0, column, max(1, len(parts[0])), value=part, text=part)
         below = self.at(node.get(part), child_of(chosen, part) or chosen, rest, after, [*walked, part])
-        kept = (
-            {word: entry for word, entry in node.entries.items() if word in _beside(chosen, part)}
-            if part not in node.entries
-            else node.entries
-        )
-        return replace(node, entries={**kept, part: (node.entries[part][0] if part in node.entries else key, below)})
+        entries = _without_other_forms(node.entries, chosen, part)
+        return replace(node, entries={**entries, part: (entries[part][0] if part in entries else key, below)})
 
     def _spelled_out(self, node: Node | None, slot: Slot, part: str, column: int) -> Node:
         """Return what the path can go into: a new mapping, the long form of a bare value, a list round a single mapping."""
@@ -134,10 +130,13 @@ class _Change:
         return self.source.problem(0, column, message, path=path, suggestion=guess, width=max(1, len(part)))
 
 
-def _beside(slot: Slot, key: str) -> set[str]:
-    """Return the keys that may stand beside a key: circulation.sine.period where keyframes stood puts the sine in their place."""
-    spec = next((spec for spec in specs_of(slot) if key in keys_of(spec)), None)
-    return set(keys_of(spec)) if spec else set()
+def _without_other_forms(entries: dict, slot: Slot, key: str) -> dict:
+    """Return a mapping's entries beside a key: `circulation.sine.period` where keyframes stood puts a sine in their place."""
+    specs = specs_of(slot)
+    if len(specs) < 2 or key in entries:
+        return entries
+    beside = next(keys_of(spec) for spec in specs if key in keys_of(spec))
+    return {word: entry for word, entry in entries.items() if word in beside}
 
 
 def _chosen(slot: Slot, node: Mapping) -> Slot:

@@ -1,6 +1,7 @@
 """The scenes that come with the program."""
 
 from importlib.util import find_spec
+from os.path import isfile
 from pathlib import Path
 
 from warpsim.scene.nearest import nearest
@@ -24,11 +25,11 @@ def is_path(scene: str) -> bool:
 
 def find_scene(scene: str | Path) -> Path:
     """Return the file of a path or of a shipped scene's name. Raises UnknownSceneError with suggestions for an unknown name."""
-    if isinstance(scene, Path) or is_path(scene) or (scene and Path(scene).is_file()):
+    if isinstance(scene, Path) or is_path(scene) or isfile(scene):
         return Path(scene)
     shipped = shipped_scenes()
     if scene in shipped:
         return shipped[scene]
     guess = nearest(scene, shipped) if scene else None
-    message = f'no scene is called "{scene}" (shipped: {", ".join(shipped) or "none"}; or give the path of a file)'
+    message = f'no scene is called "{scene[:80]}" (shipped: {", ".join(shipped) or "none"}; or give the path of a file)'
     raise UnknownSceneError([Problem(message, suggestion=guess)])

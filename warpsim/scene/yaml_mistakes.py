@@ -54,7 +54,7 @@ def explain(error: yaml.YAMLError, source: Source) -> Problem:
     unclosed = find_unclosed(source.lines, mark.line) if mark is not None else None
     if unclosed:
         line, column, sign = unclosed
-        return source.problem(line, column, f"this {'quote' if sign in _QUOTES else sign} is not closed")
+        return source.problem(line, column, "this quote is not closed" if sign in _QUOTES else f'this "{sign}" is not closed')
     if problem == "found character that cannot start any token":
         return _at(source, mark, _cannot_start(source, mark))
     message, begins = _WORDS.get(problem, (f"this is not YAML: {problem}", False))
