@@ -20,7 +20,7 @@ LARGEST_STRENGTH = 1e12
 class Spec(BaseModel):
     """A frozen group of scene fields; unknown keys are mistakes."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
 
 class ShortSpec(Spec):

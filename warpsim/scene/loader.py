@@ -1,10 +1,10 @@
 """From a file or a shipped scene's name to a validated Scene, with every mistake at its line and column."""
 
 from collections.abc import Iterable
-from difflib import get_close_matches
 from pathlib import Path
 
 from warpsim.scene.mistakes import validate
+from warpsim.scene.nearest import nearest
 from warpsim.scene.nodes import Mapping
 from warpsim.scene.overrides import apply_overrides
 from warpsim.scene.problems import Problem, SceneError
@@ -52,4 +52,5 @@ def _near(path: Path) -> str | None:
     if not path.parent.is_dir():
         return None
     names = [other.name for other in path.parent.iterdir() if other.suffix in (".yaml", ".yml")]
-    return next(iter(str(path.parent / name) for name in get_close_matches(path.name, names, 1)), None)
+    guess = nearest(path.name, names)
+    return str(path.parent / guess) if guess else None

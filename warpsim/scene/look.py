@@ -99,10 +99,55 @@ class ColorRamp(ShortSpec):
         return {"over_life": [(0.0, value)]}
 
 
+MAPS = {  # color maps, as the colors at equal steps; matplotlib's (CC0), turbo (Mikhailov 2019), coolwarm (Moreland 2009)
+    "viridis": "440154 482878 3e4989 31688e 26828e 1f9e89 35b779 6ece58 b5de2b fde725",
+    "plasma": "0d0887 46039f 7201a8 9c179e bd3786 d8576b ed7953 fb9f3a fdca26 f0f921",
+    "inferno": "000004 1b0c41 4a0c6b 781c6d a52c60 cf4446 ed6925 fb9b06 f7d13d fcffa4",
+    "turbo": "30123b 4145ab 4675ed 39a2fc 1bcfd4 24eca6 61fc6c a4fc3b d1e834 f3c63a fe9b2d f36315 d93806 b11901 7a0402",
+    "coolwarm": "3b4cc0 6788ee 9abbff c9d7f0 edd1c2 f7a889 e26952 b40426",
+}
+
+
+class ColorBy(Spec):
+    """A color that shows a quantity of the particle through a color map."""
+
+    by: Literal["speed", "age", "height", "mass", "radius"] = Field(
+        description="The quantity: speed [m/s], age [s], height y [m], mass [kg], radius [m]."
+    )
+    range: tuple[Number, Number] = Field(description="Values of the quantity at the two ends of the map, in its unit.")
+    map: Literal["viridis", "plasma", "inferno", "turbo", "coolwarm"] = Field("viridis", description="The color map.")
+
+    @field_validator("range")
+    @classmethod
+    def _range_rises(cls, value):
+        if value[1] <= value[0]:
+            raise mistakes([Mistake((1,), f"the range must rise: {value[1]:g} does not come after {value[0]:g}")])
+        return value
+
+    @property
+    def stops(self) -> tuple[tuple[float, tuple[float, float, float, float]], ...]:
+        """Pairs of place in the range, from 0 to 1, and color."""
+        colors = [_color(f"#{digits}") for digits in MAPS[self.map].split()]
+        return tuple((k / (len(colors) - 1), color) for k, color in enumerate(colors))
+
+
+def _color_form(value: Any) -> str | None:
+    return "over_life" if ColorRamp.is_short(value) else form_by_key(value, ("over_life", "by", "stops"))
+
+
+class Trail(Spec):
+    """A line through the last places of each particle."""
+
+    duration: Number = Field(gt=0.0, le=1e4, description="How far back it reaches [s].")
+    points: WholeNumber = Field(12, ge=2, le=32, description="Places it keeps [1].")
+
+
 class Look(Spec):
     """How the particles of a system are drawn."""
 
     as_: Literal["points", "sprites"] = Field("sprites", alias="as", description="points: square dots; sprites: soft round ones.")
     blend: Literal["alpha", "additive"] = Field("alpha", description="alpha: over what lies behind (smoke); additive: added to it (fire).")
     size: Ramp = Field(Ramp(over_life=((0.0, 0.02),)), description="Diameter, a number or {over_life: [[s, size], …]} [m].")
-    color: ColorRamp = Field(ColorRamp(over_life=((0.0, "#ffffff"),)), description="Color, or {over_life: [[s, color], …]} [1].")
+    color: one_of_forms({"over_life": ColorRamp, "by": ColorBy}, _color_form) = Field(
+        ColorRamp(over_life=((0.0, "#ffffff"),)), description="Color, or {over_life: [[s, color], …]} [1]."
+    )

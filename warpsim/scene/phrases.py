@@ -116,6 +116,8 @@ def mended(node: Node, slot: Slot) -> str | None:
     kinds = {form.annotation for _, form in forms(slot)}
     specs = specs_of(slot)
     wants_number = bool(kinds & {float, int}) or any(issubclass(spec, ShortSpec) for spec in specs)
+    if isinstance(node, Scalar) and node.value is None:
+        return None if slot.required or slot.field is None else "to leave the key out"
     if isinstance(node, Scalar) and isinstance(node.value, str):
         return _mended_text(node, slot, wants_number)
     if isinstance(node, Scalar) and node.value is not None and str in kinds and not has_free_keys(slot):
@@ -132,6 +134,8 @@ def mended(node: Node, slot: Slot) -> str | None:
 
 def _mended_text(node: Scalar, slot: Slot, wants_number: bool) -> str | None:
     text = node.value.strip()
+    if text in types_of(slot):
+        return f"{{type: {text}, …}}"
     if wants_number:
         if re.fullmatch(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", text):
             return f"{text} without quotes"

@@ -2,7 +2,19 @@
 
 from typing import Any
 
-from warpsim.scene.fields import Slot, choices_of, fixed_length, forms, is_list, item_of, keys_of, scene_slot, specs_of, types_of
+from warpsim.scene.fields import (
+    Slot,
+    choices_of,
+    fixed_length,
+    forms,
+    has_free_keys,
+    is_list,
+    item_of,
+    keys_of,
+    scene_slot,
+    specs_of,
+    types_of,
+)
 from warpsim.scene.nearest import likeness, nearest
 from warpsim.scene.nodes import Mapping, Node, Scalar, Sequence
 from warpsim.scene.phrases import found_in_words, in_words, mended, range_in_words, shortened, unit_in_words
@@ -43,6 +55,10 @@ def _problem(place: Place, message: str, suggestion: str | None = None) -> Probl
 
 def _wrong_kind(place: Place) -> Problem:
     slot = place.slot
+    if has_free_keys(place.owner) and place.path and place.path[-1] in _keys(slot):
+        return place.key.problem(
+            f'"{place.path[-1]}" belongs to an entry of {place.path[-2]}; indent it below the entry\'s name', path=place.dotted
+        )
     return _problem(place, f"expected {in_words(slot, with_unit=True)}, got {found_in_words(place.node)}", mended(place.node, slot))
 
 
