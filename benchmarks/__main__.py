@@ -10,7 +10,7 @@ from rich.console import Console
 
 import warpsim
 from benchmarks.cases import Case, million, sparks
-from benchmarks.measure import Sample, Way, stage_shares, take_turns
+from benchmarks.measure import Sample, Timing, Way, stage_shares, take_turns
 from benchmarks.report import Report
 from warpsim.kernel_cache import prepare_kernel_cache
 from warpsim.launch import available_cores
@@ -36,49 +36,63 @@ def ways(device: str) -> list[Way]:
 
 
 def measure_ways(case: Case, report: Report, device: str, rounds: int) -> None:
-    """Every way in turn: ns per particle and substep, equal hashes, ratios."""
-    runs = {way.label: way.build(case.scene, device) for way in ways(device)}
+    """Every way in turn: ns per particle and substep, equal hashes, ratios, stages."""
+    runs = {way: way.build(case.scene, device) for way in ways(device)}
     for run in runs.values():
         run.run(seconds=case.warmup_frames / case.scene.time.fps)
     times = take_turns(runs, rounds, lambda: wp.synchronize_device(device))
-    hashes = {label: run.state_hash() for label, run in runs.items()}
+    hashes = {way: run.state_hash() for way, run in runs.items()}
     lines = []
-    for label, sample in times.items():
-        live = sum(system["live"] for system in runs[label].statistics().values())
-        per_substep = 1e9 * sample.median / (live * case.scene.time.substeps)
-        cells = [label, f"{1e3 * sample.median:.2f}", f"{sample.spread:.0%}", f"{per_substep:.2f}", f"{live:,}", hashes[label][:12]]
-        row = {"way": label, "seconds": sample.median, "spread": sample.spread, "ns": per_substep, "live": live, "hash": hashes[label]}
-        lines.append((cells, row))
-    header = ["", "ms/frame", "spread", "ns per particle and substep", "live", "state hash"]
+    for way, timing in times.items():
+        live = sum(system["live"] for system in runs[way].statistics().values())
+        seconds, cores = timing.seconds, timing.cores.median
+        nanoseconds = 1e9 * seconds.median / (live * case.scene.time.substeps)
+        cells = [
+            way.label,
+            f"{1e3 * seconds.median:.2f}",
+            f"{seconds.spread:.0%}",
+            f"{nanoseconds:.2f}",
+            f"{cores:.2f}",
+            f"{live:,}",
+            hashes[way],
+        ]
+        row = {"way": way.label, "seconds": seconds.median, "spread": seconds.spread, "ns": nanoseconds, "cores": cores, "live": live}
+        lines.append((cells, {**row, "hash": hashes[way]}))
+    header = ["", "ms/frame", "spread", "ns/particle/substep", "cores got", "live", "state hash"]
     report.figures(case.name, case.what, header, lines)
     if len(set(hashes.values())) > 1:
         sys.exit("the ways do not agree: their state hashes differ")
     tell_ratios(case.name, report, times)
-    for label, run in runs.items():
+    for way, run in runs.items():
         shares = stage_shares(run, max(5, rounds // 3))
         text = ", ".join(f"{stage} {share:.1%}" for stage, share in shares.items())
-        report.fact(case.name, f"stages, {label}", text, shares=shares)
+        report.fact(case.name, f"stages, {way.label}", text, shares=shares)
     report.console.print()
 
 
-def tell_ratios(name: str, report: Report, times: dict[str, Sample]) -> None:
+def tell_ratios(name: str, report: Report, times: dict[Way, Timing]) -> None:
     """Plain over native for each number of threads, and one thread over all of them."""
-    for label in [label for label in times if label.startswith("native")]:
-        plain = label.replace("native", "plain")
-        report.ratio(name, f"{plain} / {label}", times[plain].over(times[label]), bar=10.0)
-    natives = [sample for label, sample in times.items() if label.startswith("native")]
+    starved = any(timing.starved(way.threads) for way, timing in times.items() if way.native)
+    natives = [way for way in times if way.native]
+    for way in natives:
+        for plain in times:
+            if not plain.native and plain.threads == way.threads:
+                ratio = times[plain].seconds.over(times[way].seconds)
+                report.ratio(name, f"{plain.label} / {way.label}", ratio, bar=10.0, starved=starved and way.threads > 1)
     if len(natives) > 1:
-        report.ratio(name, "native, 1 thread / all threads", natives[0].over(natives[1]), bar=1.5)
+        ratio = times[natives[0]].seconds.over(times[natives[1]].seconds)
+        report.ratio(name, f"{natives[0].label} / {natives[1].label}", ratio, bar=1.5, starved=starved)
 
 
 def measure_real_time(case: Case, report: Report, device: str, rounds: int) -> None:
     """How much faster than the clock on the wall a small scene runs."""
-    run = Way("native, 1 thread", 1).build(case.scene, device)
+    way = Way("native, 1 thread", 1)
+    run = way.build(case.scene, device)
     run.run(seconds=case.warmup_frames / case.scene.time.fps)
-    sample = take_turns({"": run}, rounds, lambda: wp.synchronize_device(device), frames=30)[""]
+    seconds = take_turns({way: run}, rounds, lambda: wp.synchronize_device(device), frames=30)[way].seconds
     live = sum(system["live"] for system in run.statistics().values())
-    report.fact(case.name, case.what, f"{1e6 * sample.median:.0f} us/frame, {live:,} live", seconds=sample.median, live=live)
-    real = Sample([1.0 / (case.scene.time.fps * value) for value in sample.values])
+    report.fact(case.name, case.what, f"{1e6 * seconds.median:.0f} us/frame, {live:,} live", seconds=seconds.median, live=live)
+    real = Sample([1.0 / (case.scene.time.fps * value) for value in seconds.values])
     report.ratio(case.name, "times real time", real, bar=200.0)
     report.console.print()
 

@@ -8,6 +8,7 @@ from statistics import median, quantiles
 from warpsim import Scene, Simulation
 
 MOST_SPREAD = 0.20  # interquartile range over median; what scatters more is not called a result
+LEAST_SHARE = 0.85  # of the cores that a way asks for; with less, other work on the machine was measured too
 
 
 @dataclass(frozen=True)
@@ -47,22 +48,33 @@ class Sample:
         return Sample([mine / its for mine, its in zip(self.values, other.values, strict=True)])
 
 
-def seconds(work: Callable[[], None], wait: Callable[[], None]) -> float:
-    """Time of one call and of the device's work that it started."""
-    wait()
-    begin = time.perf_counter()
-    work()
-    wait()
-    return time.perf_counter() - begin
+@dataclass(frozen=True)
+class Timing:
+    """What the turns of one way took: seconds per frame, and how many cores the process got meanwhile."""
+
+    seconds: Sample
+    cores: Sample
+
+    def starved(self, threads: int) -> bool:
+        """Whether other work on the machine took cores away, which a small spread does not show."""
+        return self.cores.median < LEAST_SHARE * threads
 
 
-def take_turns(runs: dict[str, Simulation], rounds: int, wait: Callable[[], None], frames: int = 1) -> dict[str, Sample]:
-    """Time of a frame of every run [s], one run after the other in each round, in the opposite order every other round."""
-    times: dict[str, list[float]] = {label: [] for label in runs}
+def take_turns(runs: dict[Way, Simulation], rounds: int, wait: Callable[[], None], frames: int = 1) -> dict[Way, Timing]:
+    """Time every run, one after the other in each round, in the opposite order every other round; `wait` waits for the device."""
+    seconds: dict[Way, list[float]] = {way: [] for way in runs}
+    cores: dict[Way, list[float]] = {way: [] for way in runs}
     for turn in range(rounds):
-        for label in list(runs)[:: -1 if turn % 2 else 1]:
-            times[label].append(seconds(lambda run=runs[label]: [run.step_frame() for _ in range(frames)], wait) / frames)
-    return {label: Sample(values) for label, values in times.items()}
+        for way in list(runs)[:: -1 if turn % 2 else 1]:
+            wait()
+            begin, worked = time.perf_counter(), time.process_time()
+            for _ in range(frames):
+                runs[way].step_frame()
+            wait()
+            taken = time.perf_counter() - begin
+            seconds[way].append(taken / frames)
+            cores[way].append((time.process_time() - worked) / taken)
+    return {way: Timing(Sample(seconds[way]), Sample(cores[way])) for way in runs}
 
 
 def stage_shares(run: Simulation, frames: int) -> dict[str, float]:

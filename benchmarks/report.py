@@ -27,11 +27,14 @@ class Report:
             self.rows.append({"case": case, **row})
         self.console.print(table)
 
-    def ratio(self, case: str, label: str, sample: Sample, bar: float | None = None) -> None:
-        """Print a ratio with its spread; one that scatters too much is not called a result."""
-        row = {"case": case, "ratio": label, "value": sample.median, "spread": sample.spread, "settled": sample.settled, "bar": bar}
+    def ratio(self, case: str, label: str, sample: Sample, bar: float | None = None, starved: bool = False) -> None:
+        """Print a ratio with its spread; one that scatters too much, or was taken on borrowed cores, is not called a result."""
+        settled = sample.settled and not starved
+        row = {"case": case, "ratio": label, "value": sample.median, "spread": sample.spread, "settled": settled, "bar": bar}
         self.rows.append(row)
-        if not sample.settled:
+        if starved:
+            text = f"no result: other work took cores meanwhile (median {sample.median:.1f}x)"
+        elif not settled:
             text = f"no result: spread {sample.spread:.0%} > {MOST_SPREAD:.0%} (median {sample.median:.1f}x)"
         else:
             text = f"{sample.median:.1f}x, spread {sample.spread:.0%}" + (f", to reach: {bar:g}x" if bar else "")
