@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema, field_validator
 from pydantic_core import PydanticCustomError
 
-from warpsim.scene.base import Mistake, Number, ShortSpec, Spec, mistakes
+from warpsim.scene.base import Mistake, Number, ShortSpec, Spec, WholeNumber, form_by_key, mistakes, one_of_forms
 
 Life = Annotated[Number, Field(ge=0.0, le=1.0, description="Age over lifetime [1].")]
 Share = Annotated[Number, Field(ge=0.0, le=1.0)]
@@ -112,9 +112,9 @@ class ColorBy(Spec):
     """A color that shows a quantity of the particle through a color map."""
 
     by: Literal["speed", "age", "height", "mass", "radius"] = Field(
-        description="The quantity: speed [m/s], age [s], height y [m], mass [kg], radius [m]."
+        description="The quantity: speed (m/s), age (s), height y (m), mass (kg) or radius (m)."
     )
-    range: tuple[Number, Number] = Field(description="Values of the quantity at the two ends of the map, in its unit.")
+    range: tuple[Number, Number] = Field(description="Values of the quantity at the two ends of the map [unit of the quantity].")
     map: Literal["viridis", "plasma", "inferno", "turbo", "coolwarm"] = Field("viridis", description="The color map.")
 
     @field_validator("range")
@@ -132,7 +132,9 @@ class ColorBy(Spec):
 
 
 def _color_form(value: Any) -> str | None:
-    return "over_life" if ColorRamp.is_short(value) else form_by_key(value, ("over_life", "by", "stops"))
+    if ColorRamp.is_short(value) or isinstance(value, ColorRamp):
+        return "over_life"
+    return form_by_key(value, ("over_life", "by"))
 
 
 class Trail(Spec):
@@ -149,5 +151,6 @@ class Look(Spec):
     blend: Literal["alpha", "additive"] = Field("alpha", description="alpha: over what lies behind (smoke); additive: added to it (fire).")
     size: Ramp = Field(Ramp(over_life=((0.0, 0.02),)), description="Diameter, a number or {over_life: [[s, size], …]} [m].")
     color: one_of_forms({"over_life": ColorRamp, "by": ColorBy}, _color_form) = Field(
-        ColorRamp(over_life=((0.0, "#ffffff"),)), description="Color, or {over_life: [[s, color], …]} [1]."
+        ColorRamp(over_life=((0.0, "#ffffff"),)), description="Color, {over_life: [[s, color], …]}, or {by: quantity, range, map}."
     )
+    trail: Trail | None = Field(None, description="A line through each particle's last places; absent: none.")

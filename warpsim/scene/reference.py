@@ -11,12 +11,13 @@ from warpsim.scene.expressions import DEEPEST_STACK, FUNCTIONS, LONGEST_PROGRAM
 from warpsim.scene.fields import Slot, bounds_of, choices_of, default_of, forms, keys_of
 from warpsim.scene.flow import Core, FlowPrimitive
 from warpsim.scene.forces import Force
-from warpsim.scene.look import ColorRamp, Look, Ramp
+from warpsim.scene.look import ColorBy, ColorRamp, Look, Ramp, Trail
 from warpsim.scene.particles import Drag, Feels, Particles, StokesDrag
 from warpsim.scene.phrases import in_words, range_in_words
 from warpsim.scene.scene import Limits, Scene
 from warpsim.scene.strengths import Formula, Keyframes, Sine, SineWave
 from warpsim.scene.timing import Time
+from warpsim.scene.viewing import Control, Viewing
 
 _HEAD = """# Scene reference
 
@@ -28,13 +29,13 @@ up. A file has at most 1 MiB, 64 levels, 200 000 values and 1 000 aliases.
 """
 
 _PARTS: tuple[tuple[str, str, tuple[type[Spec], ...]], ...] = (
-    ("Scene", "The top level.", (Scene, Time, Limits, Camera)),
+    ("Scene", "The top level.", (Scene, Time, Limits, Camera, Viewing, Control)),
     ("Flow", "Entries of `flow`, told apart by `type`; their velocities add up.", (FlowPrimitive, Core)),
     ("Forces", "Entries of `forces`, told apart by `type`.", (Force,)),
     ("Particles", "Entries of `systems` with `type: particles`.", (Particles, Feels, Drag, StokesDrag)),
     ("Emitters", "Entries of `emitters`.", (Emitter, Rate, Burst, Velocity, Distribution)),
     ("Emitter shapes", "What `shape` may be, told apart by `type`.", (EmitterShape,)),
-    ("Look", "How particles are drawn.", (Look, Ramp, ColorRamp)),
+    ("Look", "How particles are drawn.", (Look, Ramp, ColorRamp, ColorBy, Trail)),
     ("Strengths", "A strength is a number or one of these mappings; t is in seconds.", (Keyframes, Sine, SineWave, Formula)),
 )
 

@@ -11,6 +11,7 @@ from warpsim.scene.forces import ForceUnion
 from warpsim.scene.nearest import listed, nearest
 from warpsim.scene.particles import Particles, SystemUnion, repeated_names
 from warpsim.scene.timing import Time
+from warpsim.scene.viewing import Controls, NoSuchNumber, Slider, Viewing, sliders_of
 
 _MOST_GUESSES = 20
 _MOST_TOLD = 300
@@ -40,6 +41,8 @@ class Scene(Spec):
     forces: tuple[ForceUnion, ...] = Field((), max_length=4096, description="Force fields; they add up.")
     systems: dict[Name, SystemUnion] = Field({}, description="Systems by name; may be empty (a flow to look at and probe).")
     camera: Camera | None = Field(None, description="Where the viewer looks from; absent: chosen to see everything.")
+    viewer: Viewing = Field(Viewing(), description="How the viewer shows it.")
+    controls: Controls = Field((), description="Numbers that get a slider in the viewer: a path, or {path, min, max, label}.")
     limits: Limits = Field(Limits(), description="What a run may use, and what happens when it blows up.")
 
     @model_validator(mode="after")
@@ -51,9 +54,26 @@ class Scene(Spec):
             if isinstance(system, Particles) and system.motion == "ballistic" and self.forces and system.feels.forces not in (False, ()):
                 message = "motion: ballistic knows gravity only, but the scene has forces (add feels: {forces: false} to ignore them)"
                 found.append(Mistake(("systems", name, "motion"), message, ("forces",)))
+        found += _lost_controls(self)
         if found:
             raise mistakes(found)
         return self
+
+    @property
+    def sliders(self) -> list[Slider]:
+        """The controls as the viewer shows them, one slider per number."""
+        return [slider for control in self.controls for slider in sliders_of(self, control)]
+
+
+def _lost_controls(scene: Scene) -> list[Mistake]:
+    """Return a mistake for each control that moves no number."""
+    found = []
+    for k, control in enumerate(scene.controls):
+        try:
+            sliders_of(scene, control)
+        except NoSuchNumber as error:
+            found.append(Mistake(("controls", k, "path"), str(error), ("flow", "forces", "systems"), error.suggestion))
+    return found
 
 
 def _unknown_entries(path: tuple[str, ...], key: str, selection, entries) -> list[Mistake]:
