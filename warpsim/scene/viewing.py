@@ -29,8 +29,8 @@ class Control(ShortSpec):
     shorthand: ClassVar[str] = "path"
 
     path: str = Field(min_length=1, max_length=300, description="Where the number is, by keys, names or places: flow.swirl.circulation.")
-    min: Number | None = Field(None, description="Left end of the slider, in the number's unit; absent: from the value and its bounds.")
-    max: Number | None = Field(None, description="Right end of the slider, in the number's unit; absent: from the value and its bounds.")
+    min: Number | None = Field(None, description="Left end of the slider; absent: from the value and its bounds [unit of the number].")
+    max: Number | None = Field(None, description="Right end of the slider; absent: from the value and its bounds [unit of the number].")
     label: str | None = Field(None, min_length=1, max_length=40, description="What is written at the slider; absent: the path.")
 
     @classmethod
