@@ -6,6 +6,9 @@ from warpsim.kernels.emission import Particles
 from warpsim.kernels.lifetime import age_at
 from warpsim.kernels.planar import read3
 
+LIFE, SPEED, AGE, HEIGHT, MASS, RADIUS = range(6)
+QUANTITIES = {"life": LIFE, "speed": SPEED, "age": AGE, "height": HEIGHT, "mass": MASS, "radius": RADIUS}  # what a color may show
+
 
 @wp.struct
 class Box:
@@ -13,10 +16,42 @@ class Box:
     to_steps: wp.vec3  # 65535/extent [1/m]; 0 along an axis without extent
 
 
+@wp.struct
+class Look:
+    size: wp.array[float]  # over life, as a share of the largest
+    color: wp.array[wp.uint32]  # rgba bytes, over the range of the quantity
+    quantity: int  # LIFE … RADIUS
+    low: float  # the quantity's value at the first color, in its unit
+    scale: float  # 1/(range of the quantity)
+
+
 @wp.func
 def quantize(value: float) -> wp.uint32:
     """Return the nearest of the 65536 steps."""
     return wp.uint32(wp.clamp(value + 0.5, 0.0, 65535.0))
+
+
+@wp.func
+def sample_table(share: float, count: int) -> int:
+    """Return the place in a table of `count` entries over [0, 1]; a NaN is put first."""
+    return int(wp.clamp(wp.max(share, 0.0) * float(count), 0.0, float(count - 1)))
+
+
+@wp.func
+def sample_quantity(look: Look, particles: Particles, i: int, age: float) -> float:
+    """Return the quantity that the color shows, as a share of its range."""
+    q = age / particles.lifetime[i]
+    if look.quantity == SPEED:
+        q = wp.length(read3(particles.velocity, i))
+    elif look.quantity == AGE:
+        q = age
+    elif look.quantity == HEIGHT:
+        q = particles.position[1, i]
+    elif look.quantity == MASS:
+        q = particles.mass[i]
+    elif look.quantity == RADIUS:
+        q = particles.radius[i]
+    return (q - look.low) * look.scale
 
 
 @wp.kernel(enable_backward=False)
@@ -27,17 +62,18 @@ def splat_points(
     fps: float,
     particles: Particles,
     box: Box,
-    size: wp.array[float],
-    color: wp.array[wp.uint32],
+    look: Look,
     place_out: wp.array2d[wp.uint32],
     color_out: wp.array[wp.uint32],
 ):
-    """Pack chosen particles: x y z and size as four 16-bit words (count, 2), color as rgba bytes; size [0, 1] and color by age/lifetime."""
+    """Pack chosen particles (all if `chosen` is empty): x y z and size as four 16-bit words (count, 2), color as rgba bytes."""
     j = first + wp.tid()
-    i = chosen[j]
+    i = j
+    if chosen.shape[0] > 0:
+        i = chosen[j]
     steps = wp.cw_mul(read3(particles.position, i) - box.low, box.to_steps)
-    life = age_at(frame, particles.birth_frame[i], particles.birth_age[i], fps) / particles.lifetime[i]
-    k = wp.clamp(int(life * float(size.shape[0])), 0, size.shape[0] - 1)
+    age = age_at(frame, particles.birth_frame[i], particles.birth_age[i], fps)
+    size = look.size[sample_table(age / particles.lifetime[i], look.size.shape[0])]
     place_out[j, 0] = quantize(steps[0]) | (quantize(steps[1]) << wp.uint32(16))
-    place_out[j, 1] = quantize(steps[2]) | (quantize(size[k] * 65535.0) << wp.uint32(16))
-    color_out[j] = color[k]
+    place_out[j, 1] = quantize(steps[2]) | (quantize(size * 65535.0) << wp.uint32(16))
+    color_out[j] = look.color[sample_table(sample_quantity(look, particles, i, age), look.color.shape[0])]

@@ -8,8 +8,8 @@ import numpy as np
 class SystemFrame:
     """One system's live particles in order of birth. Arrays are copies, read-only, and stay as they are when the simulation moves on."""
 
-    def __init__(self, fetch, pack, index: int, fps: float):
-        self._fetch, self._pack, self._index, self._fps = fetch, pack, index, fps
+    def __init__(self, fetch, pack, count, index: int, fps: float):
+        self._fetch, self._pack, self._count, self._index, self._fps = fetch, pack, count, index, fps
         self._arrays: dict[str, np.ndarray] = {}
         self._past = False
 
@@ -38,7 +38,7 @@ class SystemFrame:
     @property
     def count(self) -> int:
         """Number of live particles."""
-        return len(self._get("lifetime"))
+        return len(self._get("lifetime")) if "lifetime" in self._arrays else self._count()
 
     @property
     def position(self) -> np.ndarray:

@@ -18,8 +18,8 @@ def estimate_memory(scene: Scene) -> int:
     total = 0
     for system in scene.systems.values():
         substep_count = system.substeps or scene.time.substeps
-        birth_rows = 24 if system.motion == "ballistic" else 0
-        total += 2 * system.capacity * (BYTES_PER_PARTICLE + birth_rows)
+        more = (24 if system.motion == "ballistic" else 0) + (12 * system.look.trail.points if system.look.trail else 0)
+        total += 2 * system.capacity * (BYTES_PER_PARTICLE + more)
         total += (2 * substep_count + 1) * (len(scene.flow) + len(scene.forces)) * BYTES_PER_PRIMITIVE
     return total
 

@@ -11,7 +11,7 @@ import warp as wp
 
 from warpsim.changes import Change, changed_scene
 from warpsim.environment import Environment
-from warpsim.frame import Frame, SystemFrame
+from warpsim.frame import Frame
 from warpsim.kernels.lifetime import advance_clock
 from warpsim.launch import FrameGraph, Stage, available_cores
 from warpsim.memory import check_memory, free_memory
@@ -149,8 +149,7 @@ class Simulation:
         self._answer_faults()
         frame = self._frame() if self._frame else None
         if frame is None or frame.index != self.index:
-            views = {name: (system.population.host, system.points.pack) for name, system in self.systems.items()}
-            systems = {name: SystemFrame(fetch, pack, self.index, self._fps) for name, (fetch, pack) in views.items()}
+            systems = {name: system.frame(self.index) for name, system in self.systems.items()}
             frame = Frame(systems, self.index, self.time)
             self._frame = weakref.ref(frame)
         return frame

@@ -6,6 +6,7 @@ import numpy as np
 import warp as wp
 
 from warpsim.environment import Environment
+from warpsim.frame import SystemFrame
 from warpsim.integrators import FIRST_ORDER_FORM, SECOND_ORDER_FORM, Ballistic, Integrator
 from warpsim.kernels import emission, integration, lifecycle_loops, lifetime
 from warpsim.launch import Stage
@@ -37,7 +38,8 @@ class Particles:
         self.method = method_of(spec)
         substep_count = spec.substeps or scene.time.substeps
         ballistic = self.method is Ballistic
-        self.population = Population(spec.capacity, FIELDS | (BIRTH_STATE if ballistic else {}), environment.device)
+        fields = FIELDS | (BIRTH_STATE if ballistic else {}) | PointPacker.fields(spec.look)
+        self.population = Population(spec.capacity, fields, environment.device)
         self.surroundings = environment.feel(spec.feels, spec.coupling, substep_count)
         self.pace = integration.Pace()
         self.pace.dt, self.pace.fps, self.pace.substep_count = 1.0 / (scene.time.fps * substep_count), scene.time.fps, substep_count
@@ -63,7 +65,13 @@ class Particles:
         states = (self.newborn, self.particles) if self.newborn is not self.particles else (self.particles,)
         inputs = (self.pace, self._clock, self.surroundings.row, *states, self.population.counters)
         yield Stage("advance", plain, self.population.capacity, inputs, loop)
+        yield from self.points.stages(self._clock)
         yield from removal(self.population, native)
+
+    def frame(self, index: int) -> SystemFrame:
+        """Return what observers see of the present frame."""
+        population = self.population
+        return SystemFrame(population.host, self.points.pack, lambda: population.counter("live"), index, self._fps)
 
     def change(self, spec, scene: Scene, environment: Environment) -> None:
         """Take the numbers of another spec of the same structure, in place; the environment has changed already."""

@@ -5,11 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
+from warpsim.kernels import render
 from warpsim.kernels.emission import Particles
-from warpsim.kernels.render import Box, splat_points
-from warpsim.population import Population
+from warpsim.kernels.trails import advance_trails, splat_trails
+from warpsim.launch import Stage
+from warpsim.population import Field, Population
 
-LIFE_STEPS = 256  # resolution of size and color over life
+STEPS = 256  # resolution of size and color over life, or over a quantity's range
+MOST_TRAILS = 20_000  # lines that a page can draw
 
 
 @dataclass(frozen=True)
@@ -22,6 +25,8 @@ class PackedPoints:
     scale: np.ndarray  # float32 (3,) [m]
     offset: np.ndarray  # float32 (3,) [m]
     size_max: float  # [m]
+    trail: np.ndarray | None = None  # uint16 (m, places, 4): x, y, z, 0, oldest place first, of the first m points
+    trail_color: np.ndarray | None = None  # uint8 (m, 4)
 
 
 class PointPacker:
@@ -29,38 +34,76 @@ class PointPacker:
 
     def __init__(self, population: Population, particles: Particles, look, fps: float):
         self._population, self._particles, self._fps = population, particles, fps
+        self._places = look.trail.points if look.trail else 0
+        self._every = max(1, round(look.trail.duration * fps / (self._places - 1))) if look.trail else 1
+        self._everyone = wp.empty(0, dtype=int, device=population.device)
         self.change(look)
+
+    @staticmethod
+    def fields(look) -> dict[str, Field]:
+        """Return the fields that the look needs in the population."""
+        return {"trail": Field(3 * look.trail.points, wp.float32, "m", "its last places, in a ring")} if look.trail else {}
+
+    def stages(self, clock: wp.array):
+        """Yield the stage that notes the places of trails, if there are any."""
+        if self._places:
+            inputs = (self._every, clock, self._population.counters, self._particles, self._population.field("trail"))
+            yield Stage("trails", advance_trails, self._population.capacity, inputs)
 
     def change(self, look) -> None:
         """Take another look."""
-        device = self._population.device
-        life = (np.arange(LIFE_STEPS) + 0.5) / LIFE_STEPS
-        size = np.interp(life, *zip(*look.size.stops, strict=True))
+        device, share = self._population.device, (np.arange(STEPS) + 0.5) / STEPS
+        size = np.interp(share, *zip(*look.size.stops, strict=True))
         stops, colors = zip(*look.color.stops, strict=True)
-        rgba = np.stack([np.interp(life, stops, channel) for channel in np.array(colors).T], axis=1)
-        self._size_max = max(float(size.max()), 1e-9)
-        self._size = wp.array(size / self._size_max, dtype=float, device=device)
+        rgba = np.stack([np.interp(share, stops, channel) for channel in np.array(colors).T], axis=1)
         words = np.ascontiguousarray(np.rint(rgba * 255).astype(np.uint8)).view("<u4")[:, 0]
-        self._color = wp.array(words, dtype=wp.uint32, device=device)
+        self._size_max = max(float(size.max()), 1e-9)
+        self._look = render.Look()
+        self._look.size = wp.array(size / self._size_max, dtype=float, device=device)
+        self._look.color = wp.array(words, dtype=wp.uint32, device=device)
+        self._look.quantity = render.QUANTITIES[getattr(look.color, "by", "life")]
+        self._look.low, high = getattr(look.color, "range", (0.0, 1.0))
+        self._look.scale = 1.0 / (high - self._look.low)
 
     def pack(self, index: int, limit: int | None) -> PackedPoints:
         """Pack the live particles of the present frame; above `limit` a subset by id, so that a particle does not come and go."""
         live = self._population.counter("live")
-        position = self._population.field("position").numpy()[:, :live]
-        chosen = np.arange(live, dtype=np.int32)
-        if limit is not None and live > limit:
-            stride = -(-live // max(limit, 1))
-            chosen = np.flatnonzero(self._population.field("id").numpy()[0, :live] % stride == 0).astype(np.int32)
-            position = position[:, chosen]
-        if len(chosen) == 0:
+        chosen = self._everyone if limit is None or live <= limit else self._subset(live, limit)
+        count = len(chosen) or live
+        if count == 0:
             nothing, nowhere = np.zeros((0, 4)), np.zeros(3, np.float32)
             return PackedPoints(0, nothing.astype(np.uint16), nothing.astype(np.uint8), nowhere, nowhere, self._size_max)
+        box, low, scale = self._box(live)
+        device = self._population.device
+        place, color = wp.empty((count, 2), dtype=wp.uint32, device=device), wp.empty(count, dtype=wp.uint32, device=device)
+        inputs = [0, chosen, index, self._fps, self._particles, box, self._look, place, color]
+        wp.launch(render.splat_points, count, inputs, device=device)
+        rgba = color.numpy().view(np.uint8).reshape(count, 4)
+        trail = self._trail(index, chosen, min(count, MOST_TRAILS), box) if self._places else None
+        shades = None if trail is None else rgba[: len(trail)]
+        return PackedPoints(count, place.numpy().view("<u2"), rgba, scale, low, self._size_max, trail, shades)
+
+    def _subset(self, live: int, limit: int) -> wp.array:
+        stride = -(-live // max(limit, 1))
+        words = self._population.field("id").numpy()[0, :live]
+        return wp.array(np.flatnonzero(words % stride == 0).astype(np.int32), device=self._population.device)
+
+    def _box(self, live: int) -> tuple[render.Box, np.ndarray, np.ndarray]:
+        """Return the box round all that is drawn, its corner and the size of a step."""
+        position = self._population.field("position").numpy()[:, :live]
         low, high = position.min(axis=1), position.max(axis=1)
+        if self._places:
+            places = self._population.field("trail").numpy().reshape(self._places, 3, -1)[:, :, :live]
+            low, high = np.minimum(low, places.min(axis=(0, 2))), np.maximum(high, places.max(axis=(0, 2)))
         extent = (high - low).astype(float)
-        box, device, n = Box(), self._population.device, len(chosen)
-        box.low, box.to_steps = wp.vec3(*low.tolist()), wp.vec3(*np.where(extent > 0.0, 65535.0 / np.maximum(extent, 1e-30), 0.0).tolist())
-        place, color = wp.empty((n, 2), dtype=wp.uint32, device=device), wp.empty(n, dtype=wp.uint32, device=device)
-        inputs = [0, wp.array(chosen, device=device), index, self._fps, self._particles, box, self._size, self._color, place, color]
-        wp.launch(splat_points, n, inputs, device=device)
-        scale = (extent / 65535.0).astype(np.float32)
-        return PackedPoints(n, place.numpy().view("<u2"), color.numpy().view(np.uint8).reshape(n, 4), scale, low, self._size_max)
+        box = render.Box()
+        box.low = wp.vec3(*low.tolist())
+        box.to_steps = wp.vec3(*np.where(extent > 0.0, 65535.0 / np.maximum(extent, 1e-30), 0.0).tolist())
+        return box, low, (extent / 65535.0).astype(np.float32)
+
+    def _trail(self, index: int, chosen: wp.array, count: int, box: render.Box) -> np.ndarray:
+        places = wp.empty((count, self._places, 2), dtype=wp.uint32, device=self._population.device)
+        newest = index // self._every % self._places
+        inputs = [0, chosen, newest, box, self._population.field("trail"), places]
+        wp.launch(splat_trails, count, inputs, device=self._population.device)
+        return places.numpy().view("<u2")
