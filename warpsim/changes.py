@@ -8,6 +8,7 @@ from pydantic import BaseModel
 from warpsim.scene import Scene
 from warpsim.scene.loader import load_text
 from warpsim.scene.resolved import resolved_yaml
+from warpsim.scene.strengths import Formula, Keyframes, Sine
 
 # What arrays, graphs and identities are built from.
 FIXED = frozenset(
@@ -40,6 +41,8 @@ def changed_scene(scene: Scene, path: str, value: str) -> Scene:
 def difference(old: Any, new: Any, path: tuple[str, ...]) -> str | None:
     """Return the path of the first difference that is more than a number's, None if there is none."""
     where = ".".join(path) or "the scene"
+    if isinstance(old, Keyframes | Sine | Formula) and isinstance(new, int | float):
+        return None  # a strength that varied is held by hand now
     if isinstance(old, bool) or isinstance(new, bool) or isinstance(old, str) or old is None or new is None:
         return None if type(old) is type(new) and (old == new or _is_text(path)) else where
     if isinstance(old, int | float) and isinstance(new, int | float):

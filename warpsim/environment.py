@@ -51,11 +51,12 @@ class SignalTable:
         return table
 
     def write(self, tables: signals.Signals) -> None:
-        """Overwrite device tables of the same sizes."""
+        """Overwrite device tables that are at least as long."""
         fresh = self.tables(tables.rows.device.alias)
         for name in ("rows", "knots", "program"):
-            if len(getattr(fresh, name)):
-                getattr(tables, name).assign(getattr(fresh, name))
+            source = getattr(fresh, name)
+            if len(source):
+                wp.copy(getattr(tables, name), source, count=len(source))
 
 
 def unit(vector: Sequence[float]) -> wp.vec3:

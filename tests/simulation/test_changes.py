@@ -33,6 +33,22 @@ def test_a_change_acts_at_once_like_a_scene_built_with_it(path, value):
     assert sim.state_hash() == built.state_hash() != other.state_hash()
 
 
+def test_a_strength_that_varies_can_be_held_and_let_go_by_going_back():
+    wind = [{"name": "wind", "type": "uniform", "velocity": [{"keyframes": [[0, 0], [1, 6]]}, {"expression": "t"}, 0]}]
+    sim = Simulation(scene({"coupling": "tracer"}, burst(), gravity=[0, 0, 0], flow=wind), device="cpu", threads=1)
+    sim.seek(60)
+    end = sim.state_hash()
+    sim.seek(30)
+    sim.change("flow.wind.velocity.0", 1.0)
+    assert sim.flow.sample([[0.0, 0.0, 0.0]])[0] == pytest.approx([1.0, 0.5, 0.0])
+    sim.seek(60)
+    assert sim.frame()["p"].position[0, 0] == pytest.approx(0.75 + 0.5, rel=1e-4)
+    sim.changes.clear()
+    sim.seek(0)
+    sim.seek(60)
+    assert sim.state_hash() == end
+
+
 def test_a_probe_and_a_look_change_too():
     sim = Simulation(steady(), device="cpu", threads=1)
     sim.change("flow.wind.velocity", [2.0, 0.0, 0.0])
