@@ -8,7 +8,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -95,7 +95,7 @@ def run_scene(scene, settings: Settings, audience: Audience, stop: Interruption)
 
         simulation = playback = None
         try:
-            simulation = _built(scene, device, settings.threads, audience)
+            simulation = _built(scene, device, settings.threads, audience, viewer)
             if recorder:
                 recorder.begin(settings.record_text(scene, device, simulation.threads))
             frame_count = simulation.frame_count if settings.frame_count is None else settings.frame_count
@@ -103,11 +103,11 @@ def run_scene(scene, settings: Settings, audience: Audience, stop: Interruption)
             stop.patient = True
             return _played(playback, settings.stay)
         except UnstableError as error:
+            saved = save_state(error.last_good, scene.name, recorder and recorder.folder, audience.note) if error.last_good else None
             if recorder:
                 if not recorder.begun:
                     recorder.begin(settings.record_text(scene, device, settings.threads))
                 recorder.log(f"unstable: {error}")
-            saved = save_state(error.last_good, scene.name, recorder and recorder.folder, audience.note) if error.last_good else None
             return Outcome("unstable", playback and playback.final_report(), error=error, saved=saved)
         except KeyboardInterrupt:
             if simulation:
@@ -136,9 +136,10 @@ class Logged:
         self._note, self._log = audience.note, recorder.log
 
     def note(self, text: str) -> None:
-        """Tell the audience and the log."""
+        """Tell the audience and the log; a log that cannot be written is no reason to lose what the note is about."""
         self._note(text)
-        self._log(text)
+        with suppress(OSError):
+            self._log(text)
 
 
 class Playback:
@@ -252,13 +253,19 @@ def _device(name: str, audience: Audience) -> str:
         raise NoSuchDevice(str(error)) from None
 
 
-def _built(scene, device: str, threads: int | None, audience: Audience):
-    """Build the simulation, with a word where kernels compile and a second try where the cache is damaged."""
+def _built(scene, device: str, threads: int | None, audience: Audience, viewer):
+    """Build the simulation and show its first frame, with a word where kernels compile and a second try where the cache is damaged."""
     from warpsim.kernel_cache import announced_compiling, rebuilding
     from warpsim.simulation import Simulation
 
+    def build():
+        simulation = Simulation(scene, device, threads)
+        if viewer:
+            viewer.publish(simulation.frame())  # whether or not somebody looks: packing has kernels of its own to compile
+        return simulation
+
     with announced_compiling(audience.note):
-        return rebuilding(lambda: Simulation(scene, device, threads), audience.note)
+        return rebuilding(build, audience.note)
 
 
 def _recorder(settings: Settings, stack: ExitStack):
