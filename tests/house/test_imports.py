@@ -23,6 +23,7 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "frame": "kernels launch population",
     "memory": "scene",
     "changes": "scene",
+    "replay": "kernels scene frame systems",
     "probes": "kernels launch environment",
     "simulation": f"kernels scene frame memory probes changes {ARRAYS}",
     "observers": "frame files",

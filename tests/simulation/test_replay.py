@@ -1,0 +1,64 @@
+"""A run folder read back: the same frames, packed the same; damage is named."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tests.simulation.scenes import scene
+from warpsim import Simulation
+from warpsim.observers.recorder import Recorder
+from warpsim.replay import NoRun, Recording
+from warpsim.scene import resolved_yaml
+
+
+@pytest.fixture
+def run(tmp_path):
+    """A recorded run of four frames, and its simulation's frames."""
+    simulation = Simulation(scene(), device="cpu", threads=1)
+    recorder = Recorder(tmp_path / "run")
+    recorder.begin(resolved_yaml(simulation.scene))
+    frames = [simulation.frame()]
+    frames[0].keep()
+    recorder.record(frames[0], simulation.statistics(), simulation.state_hash())
+    packed = [None]
+    for frame in simulation.frames(4):
+        recorder.record(frame, simulation.statistics(), simulation.state_hash())
+        packed.append(frame["p"].packed())
+        frames.append(frame)
+    recorder.close()
+    return tmp_path / "run", frames, packed
+
+
+def test_a_recording_gives_back_its_frames(run):
+    folder, frames, packed = run
+    recording = Recording(folder)
+    assert recording.frame_count == 4 and recording.scene.name == "test"
+    for k in (4, 1, 3, 2, 2):
+        frame = recording.frame(k)
+        assert frame.index == k and frame.time == k / 60 and frame["p"].count == frames[k]["p"].count
+        for name in ("position", "velocity", "id", "age", "lifetime", "mass", "radius"):
+            assert np.array_equal(getattr(frame["p"], name), getattr(frames[k]["p"], name)), name
+        again = frame["p"].packed()
+        assert np.array_equal(again.position, packed[k].position) and np.array_equal(again.color, packed[k].color)
+    assert recording.frame(0)["p"].packed().count == 0
+    assert recording.frame(99).index == 4
+
+
+def test_what_is_no_run_is_named(tmp_path, run):
+    folder, *_ = run
+    with pytest.raises(NoRun, match="holds no run"):
+        Recording(tmp_path / "nothing")
+    with open(folder / "frames.jsonl", "a") as file:
+        file.write('{"index": 5, "fi')  # torn: the run was killed
+    assert Recording(folder).frame_count == 4
+    file = folder / "frames/000002.npz"
+    file.write_bytes(file.read_bytes()[:-100])
+    with pytest.raises(NoRun, match="000002.npz is damaged"):
+        Recording(folder).frame(2)
+    (folder / "frames/000003.npz").unlink()
+    with pytest.raises(NoRun, match="000003.npz cannot be read"):
+        Recording(folder).frame(3)
+    (folder / "frames.jsonl").write_text(json.dumps({"index": 0}) + "\n")
+    with pytest.raises(NoRun, match="frames.jsonl is damaged: line 2"):
+        Recording(folder)

@@ -1,0 +1,118 @@
+"""Replay: the frames of a run folder, as observers see them, without computing anything again."""
+
+import json
+import zipfile
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import warp as wp
+
+from warpsim.frame import Frame, SystemFrame
+from warpsim.kernels import emission
+from warpsim.scene import load_scene
+from warpsim.systems.points import PointPacker
+
+FRAMES_KEPT = 32  # read frames that stay in memory
+
+
+class NoRun(Exception):
+    """The folder holds no run, or a damaged one; the text says which file is wrong and how."""
+
+
+class Recording:
+    """A run folder: `scene`, `frame_count` (number of the last frame), `frame(index)`. Raises NoRun, SceneError."""
+
+    def __init__(self, folder: Path, device: str = "cpu"):
+        self.folder, self.device = Path(folder), device
+        index = self.folder / "frames.jsonl"
+        try:
+            lines = index.read_text(encoding="utf-8").split("\n")[:-1]  # a last line without its end was under way when the run ended
+            self._entries = [json.loads(line) for line in lines]
+            self._files = {int(entry["index"]): self.folder / entry["file"] for entry in self._entries}
+        except OSError as error:
+            raise NoRun(f"{self.folder} holds no run: {index.name} cannot be read ({error.strerror})") from None
+        except (ValueError, KeyError, TypeError):
+            raise NoRun(f"{index} is damaged: line {len(getattr(self, '_entries', [])) + 1} is no entry of a frame") from None
+        if not self._files:
+            raise NoRun(f"{self.folder} holds no frame yet")
+        self.scene = load_scene(self.folder / "scene.yaml")
+        self.frame_count = max(self._files)
+        self._packers = {
+            name: (RecordedPopulation(device), spec.look.model_copy(update={"trail": None})) for name, spec in self.scene.systems.items()
+        }
+        self._read = lru_cache(maxsize=FRAMES_KEPT)(self._load)
+
+    def frame(self, index: int) -> Frame:
+        """Return a recorded frame; where one was not recorded, the nearest before it. Raises NoRun for a damaged file."""
+        recorded = max((k for k in self._files if k <= index), default=min(self._files))
+        arrays, fps = self._read(recorded), self.scene.time.fps
+        systems = {}
+        for name, (population, look) in self._packers.items():
+            fields = {key.removeprefix(f"{name}."): array for key, array in arrays.items() if key.startswith(f"{name}.")}
+            systems[name] = recorded_system(fields, population, look, recorded, fps)
+        return Frame(systems, recorded, recorded / fps)
+
+    def _load(self, index: int) -> dict[str, np.ndarray]:
+        path = self._files[index]
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                arrays = {key: file[key] for key in file.files}
+            for name in self.scene.systems:
+                count = len(arrays[f"{name}.id"])
+                shapes = {
+                    "position": (count, 3),
+                    "velocity": (count, 3),
+                    "age": (count,),
+                    "lifetime": (count,),
+                    "mass": (count,),
+                    "radius": (count,),
+                }
+                if any(arrays[f"{name}.{key}"].shape != shape for key, shape in shapes.items()):
+                    raise ValueError
+            return arrays
+        except OSError as error:
+            raise NoRun(f"{path} cannot be read: {error.strerror or error}") from None
+        except (ValueError, KeyError, zipfile.BadZipFile):
+            raise NoRun(f"{path} is damaged") from None
+
+
+class RecordedPopulation:
+    """Stands where a population stands for the packer: one frame's arrays on a device, replaced for each frame."""
+
+    def __init__(self, device: str):
+        self.device, self._fields, self.capacity = device, {}, 0
+
+    def take(self, fields: dict[str, np.ndarray]) -> emission.Particles:
+        """Put planar arrays on the device and return them as kernels see them."""
+        self._fields = {name: wp.array(np.ascontiguousarray(array), device=self.device) for name, array in fields.items()}
+        particles = emission.Particles()
+        for name, array in self._fields.items():
+            setattr(particles, name, array)
+        particles.alive = wp.zeros(1, dtype=int, device=self.device)
+        return particles
+
+    def counter(self, name: str) -> int:
+        """Return the live count, the only counter of a recorded frame."""
+        return self._fields["lifetime"].shape[0]
+
+    def field(self, name: str) -> wp.array:
+        """Return a field, planar."""
+        return self._fields[name]
+
+
+def recorded_system(fields: dict[str, np.ndarray], population: RecordedPopulation, look, index: int, fps: float) -> SystemFrame:
+    """Return one system of a recorded frame; born in it, as far as ages go."""
+    words = fields["id"].astype(np.uint64)
+    planar = {
+        "position": fields["position"].astype(np.float32).T,
+        "velocity": fields["velocity"].astype(np.float32).T,
+        "birth_frame": np.full(len(words), index, np.int32),
+        "birth_age": fields["age"].astype(np.float32),
+        "id": np.stack([words & np.uint64(0xFFFFFFFF), words >> np.uint64(32)]).astype(np.uint32),
+    } | {name: fields[name].astype(np.float32) for name in ("lifetime", "mass", "radius")}
+
+    def pack(frame_index: int, limit: int | None):
+        return PointPacker(population, population.take(planar), look, fps).pack(frame_index, limit)
+
+    return SystemFrame(planar.__getitem__, pack, lambda: len(words), index, fps)
