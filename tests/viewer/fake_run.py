@@ -6,12 +6,26 @@ import numpy as np
 
 
 def fake_scene(
-    systems: dict[str, tuple[str, str]], camera: SimpleNamespace | None = None, name: str = "Fake", gray: float = 0.5
+    systems: dict[str, tuple[str, str]],
+    camera: SimpleNamespace | None = None,
+    name: str = "Fake",
+    gray: float = 0.5,
+    sliders: tuple = (),
+    **viewing,
 ) -> SimpleNamespace:
     """Return a scene whose `systems` map a name to its look (shape, blend), all of one gray."""
     color = SimpleNamespace(stops=((0.0, (gray, gray, gray, 1.0)),))
     looks = {key: SimpleNamespace(as_=shape, blend=blend, color=color) for key, (shape, blend) in systems.items()}
-    return SimpleNamespace(name=name, camera=camera, systems={key: SimpleNamespace(look=look) for key, look in looks.items()})
+    return SimpleNamespace(
+        name=name,
+        camera=camera,
+        time=SimpleNamespace(fps=60.0),
+        viewer=SimpleNamespace(**{"max_points": 250_000, "sky": "auto", "ground": True, "show": (), **viewing}),
+        sliders=[SimpleNamespace(path=path, label=path, min=low, max=high, value=value) for path, low, high, value in sliders],
+        flow=(),
+        forces=(),
+        systems={key: SimpleNamespace(look=look) for key, look in looks.items()},
+    )
 
 
 class FakeSystem:

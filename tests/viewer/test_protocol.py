@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from tests.viewer.fake_run import FakeSystem, fake_scene
 from tests.viewer.watcher import read_frame
+from warpsim.observers.viewer.blocks import cloud_blocks
 from warpsim.observers.viewer.protocol import Attribute, Block, pack_command, pack_frame, read_reply
 from warpsim.observers.viewer.stage import stage_commands
-from warpsim.observers.viewer.viewer import _cloud_blocks
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 3, 257])
@@ -36,7 +36,7 @@ def test_a_frame_keeps_every_number(count, rng):
 
 def test_positions_come_back_within_half_a_quantum(rng):
     system = FakeSystem(rng.normal(size=(500, 3)) * [1.0, 100.0, 1e-3] + [0.0, 5.0, -2.0])
-    packed = read_frame(pack_frame(1, 0.0, _cloud_blocks(0, system))).blocks[0, 0]
+    packed = read_frame(pack_frame(1, 0.0, cloud_blocks(0, system, None))).blocks[0, 0]
     quantum = np.ptp(system.position, axis=0) / 65535
     # Half a step of the quantization, and the rounding of float32 at the size of the coordinates.
     allowed = 0.5 * quantum + 2 * np.spacing(np.abs(system.position).max(axis=0))
@@ -51,7 +51,7 @@ def test_commands_are_meshcats_and_cannot_be_taken_for_frames():
     commands = stage_commands(fake_scene({"a/b": ("sprites", "additive"), "<b>": ("points", "alpha")}, None, 'x"</script>'))
     assert all(command[0] != 0xC1 for command in commands)
     read = [umsgpack.unpackb(command) for command in commands]
-    assert {c["type"] for c in read} == {"delete", "set_property", "set_transform", "warpsim_scene", "warpsim_cloud"}
+    assert {c["type"] for c in read} == {"delete", "set_property", "set_transform", "warpsim_scene", "warpsim_cloud", "warpsim_controls"}
     clouds = [c for c in read if c["type"] == "warpsim_cloud"]
     assert [c["slot"] for c in clouds] == [0, 1] and len({c["path"] for c in clouds}) == 2
     assert pack_command({"type": "delete", "path": "/x"})[0] != 0xC1

@@ -14,7 +14,8 @@ from tests.viewer.fake_run import DUST, dust
 from tests.viewer.watcher import Watcher, eventually
 from warpsim.observers.viewer import Viewer
 from warpsim.observers.viewer.client import CREDIT
-from warpsim.observers.viewer.hub import MOST_CLIENTS, MOST_CONNECTIONS
+from warpsim.observers.viewer.door import MOST_CONNECTIONS
+from warpsim.observers.viewer.hub import MOST_CLIENTS
 
 
 @pytest.fixture

@@ -6,11 +6,15 @@ from collections import deque
 from tornado.iostream import StreamClosedError
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
+from warpsim.observers.viewer.controls import Command
 from warpsim.observers.viewer.pages import LocalRequest
 from warpsim.observers.viewer.protocol import read_reply
 
 # Frames on their way to a page at once: one being drawn, one arriving.  More would only be lag.
 CREDIT = 2
+# Long enough for a large cloud through a slow tunnel; whoever reads nothing for so long is gone or hostile.
+SEND_SECONDS = 20.0
+HELLO_SECONDS = 5.0
 _POLICY_VIOLATION = 1008
 
 
@@ -26,6 +30,7 @@ class Client(LocalRequest, WebSocketHandler):
         self.greeted = False
         self.ready = False  # its stage is not yet set
         self.sent = 0
+        self.noted = 0
         self.unanswered: deque[int] = deque()
         self.heard = 0.0
 
@@ -44,23 +49,26 @@ class Client(LocalRequest, WebSocketHandler):
         self.pump.cancel()
 
     def on_message(self, message: str | bytes) -> None:
-        """Take a hello or an ack; whoever says anything else is no page of ours and is shown out."""
+        """Take a hello, an ack or a command; whoever says anything else is no page of ours and is shown out."""
         try:
-            number = read_reply(message)
-            if number is None and self.greeted:
-                raise ValueError("said hello before")
-            if number is not None and number not in self.unanswered:
+            reply = read_reply(message)
+            if (reply is None) == self.greeted:
+                raise ValueError("one hello comes first")
+            if isinstance(reply, int) and reply not in self.unanswered:
                 raise ValueError("no such frame on its way")
         except ValueError as mistake:
             self.close(_POLICY_VIOLATION, str(mistake)[:100])
             self.stream.close()  # at once: who floods us would go on while goodbyes are said
             return
         self.heard = asyncio.get_running_loop().time()
-        if number is None:
+        if isinstance(reply, Command):
+            self.hub.inbox.put(reply)
+            return
+        if reply is None:
             self.greeted = True
         else:
             # A page that drew frame n has done with all frames before it.
-            while self.unanswered.popleft() != number:
+            while self.unanswered.popleft() != reply:
                 pass
         self.wake.set()
         self.hub.take_stock()
@@ -71,25 +79,42 @@ class Client(LocalRequest, WebSocketHandler):
 
     async def _pump(self) -> None:
         try:
-            while not self.greeted:
-                await self._rest()
+            await asyncio.wait_for(self._greeting(), HELLO_SECONDS)
             for command in self.hub.stage:
-                await self.write_message(command, binary=True)
+                await self._send(command)
             self.ready = True
             while True:
-                if self.sent != self.hub.number and len(self.unanswered) < CREDIT:
+                # A page that is hidden or lags draws nothing and owes two acks: it gets no words either.
+                if len(self.unanswered) < CREDIT and self.noted != self.hub.note_number:
+                    await self._send_notes()
+                elif len(self.unanswered) < CREDIT and self.sent != self.hub.number:
                     await self._send_latest()
                 else:
                     self.hub.take_stock()
                     await self._rest()
-        except (WebSocketClosedError, StreamClosedError):
+        except (WebSocketClosedError, StreamClosedError, asyncio.TimeoutError):
             self.hub.leave(self)
+            self.stream.close()
+
+    async def _greeting(self) -> None:
+        while not self.greeted:
+            await self._rest()
 
     async def _rest(self) -> None:
         await self.wake.wait()
         self.wake.clear()
 
+    async def _send(self, message: bytes) -> None:
+        """Return when the socket has taken the message; at most one waits in it."""
+        await asyncio.wait_for(self.write_message(message, binary=True), SEND_SECONDS)
+
+    async def _send_notes(self) -> None:
+        before, self.noted = self.noted, self.hub.note_number
+        for number, command in self.hub.notes.values():
+            if number > before:
+                await self._send(command)
+
     async def _send_latest(self) -> None:
         self.sent, message = self.hub.latest
         self.unanswered.append(self.sent)
-        await self.write_message(message, binary=True)  # returns when the socket has taken it
+        await self._send(message)

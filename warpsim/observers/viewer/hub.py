@@ -7,11 +7,12 @@ import logging
 import socket
 import threading
 
-import tornado.httpserver
 import tornado.netutil
 import tornado.web
 
 from warpsim.observers.viewer.client import Client
+from warpsim.observers.viewer.controls import Inbox
+from warpsim.observers.viewer.door import Door, Server
 from warpsim.observers.viewer.pages import Asset, asset_paths
 from warpsim.observers.viewer.protocol import LONGEST_REPLY
 
@@ -19,8 +20,8 @@ DEFAULT_PORT = 7000
 _PORTS_TRIED = 100
 # More pages than a person has eyes for, and few enough to bound the memory that pages which stop reading can hold.
 MOST_CLIENTS = 16
-# Connections of any kind: a storm must not use up the file descriptors that the run needs.
-MOST_CONNECTIONS = 64
+# Seconds for the head of a request, all of it; whoever dribbles it byte by byte is cut off.
+_HEAD_SECONDS = 5
 _GOING_AWAY = 1001
 _PARTING_SECONDS = 0.05
 
@@ -31,17 +32,19 @@ logging.getLogger("tornado").addHandler(logging.NullHandler())
 class Hub:
     """Serves the page and hands every client the latest frame when it has drawn the one before.
 
-    Threads: `offer`, `hungry`, `count` and `close` belong to the run's thread; all else runs on the loop.
+    Threads: `offer`, `note`, `hungry`, `count` and `close` belong to the run's thread; all else runs on the loop.
     """
 
-    def __init__(self, stage: list[bytes], host: str, port: int):
-        self.stage = stage
+    def __init__(self, stage: list[bytes], inbox: Inbox, host: str, port: int, token: str | None = None):
+        self.stage, self.inbox, self._token = stage, inbox, token
+        self.notes: dict[str, tuple[int, bytes]] = {}
+        self.note_number = 0
         self.latest: tuple[int, bytes] = (0, b"")
         self.hungry = False
         self.greeted = threading.Event()
         self._clients: list[Client] = []
         self._assets = asset_paths()
-        sockets = bind(host, port)
+        sockets = bind(host, port, open_to_others=token is not None)
         self.port = sockets[0].getsockname()[1]
         self._loop: asyncio.AbstractEventLoop | None = None
         self._ready = threading.Event()
@@ -65,6 +68,14 @@ class Hub:
         """Put a packed frame in the slot, over the one before it."""
         self.latest = (number, message)
         self.hungry = False  # until the loop has served those who waited
+        self._call(self._wake_all)
+
+    def note(self, key: str, command: bytes) -> None:
+        """Send a command to every page, and to each that comes later; a later one under the same key takes its place."""
+        number = self.note_number + 1
+        # A new dictionary: the loop may be walking through the old one.
+        self.notes = {**{k: v for k, v in self.notes.items() if k != key}, key: (number, command)}
+        self.note_number = number
         self._call(self._wake_all)
 
     def close(self) -> None:
@@ -114,13 +125,14 @@ class Hub:
             websocket_max_message_size=LONGEST_REPLY,
             websocket_ping_interval=10,
             websocket_ping_timeout=10,
+            token=self._token,
         )
-        server = _Server(application, idle_connection_timeout=30, max_body_size=0, max_header_size=16384)
+        server = Server(application, idle_connection_timeout=_HEAD_SECONDS, max_body_size=0, max_header_size=16384)
         server.viewers = self._clients
-        server.add_sockets(sockets)
+        door = Door(server, sockets)
         self._ready.set()
         await self._stop.wait()
-        server.stop()
+        door.close()
         for client in self._clients:
             client.close(_GOING_AWAY, "the run has ended")
         if self._clients:
@@ -131,30 +143,14 @@ class Hub:
         await asyncio.wait_for(server.close_all_connections(), 1.0)
 
 
-class _Server(tornado.httpserver.HTTPServer):
-    """An HTTP server that hangs up on its oldest idle connection rather than hold too many."""
-
-    viewers: list[Client] = []
-
-    def handle_stream(self, stream, address) -> None:
-        held = [s for s in getattr(self, "_held", []) if not s.closed()]
-        if len(held) >= MOST_CONNECTIONS:
-            watching = {client.stream for client in self.viewers}
-            idle = next(s for s in held if s not in watching)
-            idle.close()
-            held.remove(idle)
-        self._held = [*held, stream]
-        super().handle_stream(stream, address)
-
-
-def bind(host: str, port: int) -> list[socket.socket]:
+def bind(host: str, port: int, open_to_others: bool = False) -> list[socket.socket]:
     """Return listening sockets on `port` of a loopback address, or on the next free port; port 0 means any.
 
     Binding is the test of whether a port is free, so any number of runs may start at once.
-    Raises ValueError for an address that other machines can reach, OSError where nothing can be bound.
+    Raises ValueError for an address that other machines can reach, unless it is `open_to_others`; OSError where nothing can be bound.
     """
-    if not ipaddress.IPv4Address(host).is_loopback:
-        raise ValueError(f"the viewer listens on this machine only, not on {host}")
+    if not open_to_others and not ipaddress.IPv4Address(host).is_loopback:
+        raise ValueError(f"without a token the viewer listens on this machine only, not on {host}")
     candidates = [0] if port == 0 else [*range(port, min(port + _PORTS_TRIED, 65536)), 0]
     for candidate in candidates:
         try:

@@ -4,7 +4,8 @@ Three kinds of message share one websocket:
 
 * commands to the page: msgpack maps, Meshcat's own (`set_property`, `set_transform`, ...) and two of ours (`warpsim_*`);
 * frames to the page: one binary message that begins with 0xC1, the byte msgpack never uses, so the page tells them apart;
-* replies from the page: JSON, `{"type": "hello"}` once and `{"type": "ack", "frame": n}` after frame n has been drawn.
+* replies from the page: JSON, `{"type": "hello"}` once, `{"type": "ack", "frame": n}` after frame n has been drawn, and the
+  commands of controls.py (`{"type": "set", "control": 2, "value": 0.5}`).
 
 A frame, little endian:
 
@@ -22,6 +23,8 @@ from enum import IntEnum
 
 import numpy as np
 import umsgpack
+
+from warpsim.observers.viewer.controls import Command, read_command
 
 FRAME_MARK = 0xC1
 VERSION = 1
@@ -42,6 +45,9 @@ class Attribute(IntEnum):
     COLOR = 1
     SIZE_MAX = 6  # size of a particle whose fourth position component is full [m]
     LIVE_COUNT = 7  # particles alive, which may be more than the points drawn
+    TRAIL = 8  # points of all trails, oldest first, in the box of the cloud
+    TRAIL_COLOR = 9  # one per trail
+    TRAIL_POINTS = 10  # of each trail
 
 
 @dataclass(frozen=True)
@@ -75,8 +81,8 @@ def pack_frame(number: int, time: float, blocks: list[Block]) -> bytes:
     return b"".join(parts)
 
 
-def read_reply(message: str | bytes) -> int | None:
-    """Return the number of the frame that a page acknowledges, or None for its hello.
+def read_reply(message: str | bytes) -> int | Command | None:
+    """Return the number of the frame that a page acknowledges, None for its hello, or what it asks of the run.
 
     Raises ValueError for anything else: only a page of this version has a reason to talk to us.
     """
@@ -91,4 +97,6 @@ def read_reply(message: str | bytes) -> int | None:
             return None
         case {"type": "ack", "frame": int(number)} if not isinstance(number, bool):
             return number
-    raise ValueError("neither hello nor ack")
+        case dict():
+            return read_command(reply)
+    raise ValueError("not a reply")

@@ -1,5 +1,8 @@
-"""What a page is told before the first frame: background, camera, one cloud of points per system, and how it looks."""
+"""What a page is told before the first frame: background, camera, one cloud of points per system, how it looks, and the sliders."""
 
+import numpy as np
+
+from warpsim.observers.viewer.outlines import scene_outlines
 from warpsim.observers.viewer.protocol import pack_command
 
 # Everything of ours hangs under one node, turned so that a scene whose y is up stands in Meshcat's scene, whose z is up.
@@ -18,10 +21,10 @@ _PALE = 0.75  # luma from which a thing is lost against the day
 def stage_commands(scene) -> list[bytes]:
     """Return the commands that set an empty page up for `scene`; sent again, they start the page afresh.
 
-    Reads the scene's name, camera and the look of each system.  System number n draws what comes in slot n.
+    Reads the scene's name, camera, sky and controls and the look of each system.  System number n draws what comes in slot n.
     """
     looks = [(name, system.look) for name, system in scene.systems.items()]
-    sky = _sky([look for _, look in looks])
+    sky = scene.viewer.sky if scene.viewer.sky != "auto" else _sky([look for _, look in looks])
     top, bottom = _SKIES[sky]
     commands = [
         {"type": "delete", "path": ROOT},
@@ -30,21 +33,46 @@ def stage_commands(scene) -> list[bytes]:
         {"type": "set_property", "path": "/Grid", "property": "visible", "value": False},
         {"type": "set_property", "path": "/Axes", "property": "visible", "value": False},
         {"type": "set_transform", "path": ROOT, "matrix": _Y_UP_TO_Z_UP},
-        {"type": "warpsim_scene", "name": str(scene.name), "sky": sky, "camera": _camera(scene.camera), "root": ROOT},
+        {
+            "type": "warpsim_scene",
+            "name": str(scene.name),
+            "fps": float(scene.time.fps),
+            "sky": sky,
+            "haze": bottom,
+            "ground": bool(scene.viewer.ground),
+            "camera": _camera(scene.camera),
+            "root": ROOT,
+        },
+        {"type": "warpsim_controls", "controls": [_control(slider) for slider in scene.sliders]},
     ]
-    for slot, (name, look) in enumerate(looks):
-        commands.append(
-            {
-                "type": "warpsim_cloud",
-                "slot": slot,
-                "name": name,
-                # The number keeps two paths apart whatever characters the names hold.
-                "path": f"{ROOT}/{slot + 1} {name}",
-                "shape": look.as_,
-                "blend": look.blend,
-            }
-        )
+    # The number keeps two paths apart whatever characters the names hold.
+    commands += [_cloud(slot, name, look) for slot, (name, look) in enumerate(looks)]
+    for kind, ends in scene_outlines(scene).items():
+        if ends:
+            commands.append({"type": "warpsim_lines", "key": kind, "points": 2, "places": ends, "shown": kind in scene.viewer.show})
     return [pack_command(command) for command in commands]
+
+
+def _cloud(slot: int, name: str, look) -> dict:
+    path = f"{ROOT}/{slot + 1} {name}"
+    return {"type": "warpsim_cloud", "slot": slot, "name": name, "path": path, "shape": look.as_, "blend": look.blend}
+
+
+def _control(slider) -> dict:
+    """What a page needs of a slider; it answers with the slider's place in the list, so no name comes back from it."""
+    value = None if slider.value is None else float(slider.value)
+    words = {"path": str(slider.path), "label": str(slider.label)}
+    return words | {"min": float(slider.min), "max": float(slider.max), "value": value}
+
+
+def lines_command(key: str, paths: np.ndarray) -> dict:
+    """Return the command that draws polylines, (n, k, 3) [m]; raises ValueError for another shape."""
+    paths = np.asarray(paths, np.float32)
+    if paths.ndim != 3 or paths.shape[1] < 2 or paths.shape[2] != 3:
+        raise ValueError(f"polylines have shape (n, k >= 2, 3), not {paths.shape}")
+    paths = paths[np.isfinite(paths).all(axis=(1, 2))]
+    # Bytes, which msgpack carries as they are; the page reads them as float32.
+    return {"type": "warpsim_lines", "key": key, "points": paths.shape[1], "places": paths.astype("<f4").tobytes(), "shown": True}
 
 
 def _sky(looks: list) -> str:

@@ -1,13 +1,20 @@
-"""The viewer: shows a run in the browser, and cannot slow, stop or change it."""
+"""The viewer: shows a run in the browser, takes the wishes of those who watch, and cannot slow or stop the run."""
+
+import ipaddress
+import socket
+import time
 
 import numpy as np
 
+from warpsim.observers.viewer.blocks import frame_blocks
+from warpsim.observers.viewer.controls import Bulletin, Command, Inbox, Status, status_command
 from warpsim.observers.viewer.hub import DEFAULT_PORT, Hub
-from warpsim.observers.viewer.protocol import Attribute, Block, pack_frame
-from warpsim.observers.viewer.stage import stage_commands
+from warpsim.observers.viewer.pages import checked_token
+from warpsim.observers.viewer.protocol import pack_command, pack_frame
+from warpsim.observers.viewer.stage import lines_command, stage_commands
 
-# A stable subset of a larger cloud goes out: past this many points a browser loses frames sooner than an eye misses points.
-MOST_POINTS = 250_000
+# All points go out while the run stands still, up to so many: 48 MB a frame, and a browser still turns them.
+MOST_POINTS_AT_REST = 4_000_000
 
 
 class Viewer:
@@ -20,34 +27,58 @@ class Viewer:
                 if viewer.wants_frame():
                     viewer.publish(frame)
 
-    Ask again after the last frame too: a page opened late, or fallen behind, waits for it.
+    Ask again after the last frame too: a page opened late, or fallen behind, waits for it.  A run that answers to the page's
+    buttons and sliders tells its `Status` now and then, and takes `commands()` between frames; one that never tells has none.
 
-    Arguments: `scene`, of which the name, the camera and the looks are read; `host`, a loopback address; `port`, where
-    the search for a free port begins (default 7000; 0: any).  Raises ValueError for a host that other machines can reach,
-    OSError where no port can be bound, ModuleNotFoundError without the package meshcat.
+    Arguments: `scene`, of which the name, camera, looks and controls are read; `host`, a loopback address, or any with a
+    `token` (see `fresh_token`), which is then part of the url and asked of every page; `port`, where the search for a free
+    port begins (default 7000; 0: any).  Raises ValueError for a host that other machines can reach without a token and for a
+    token of less than 16 characters, OSError where no port can be bound, ModuleNotFoundError without the package meshcat.
     """
 
-    def __init__(self, scene, host: str = "127.0.0.1", port: int | None = None):
+    def __init__(self, scene, host: str = "127.0.0.1", port: int | None = None, token: str | None = None):
         self._names = list(scene.systems)
-        self._shown: tuple[int, float] | None = None
-        self._hub = Hub(stage_commands(scene), host, DEFAULT_PORT if port is None else port)
-        self.url = f"http://{host}:{self._hub.port}/"
+        self._most_points = scene.viewer.max_points
+        self._shown: tuple[int, float, bool] | None = None
+        self._inbox, self._bulletin = Inbox(scene.sliders), Bulletin()
+        token = checked_token(token)
+        self._hub = Hub(stage_commands(scene), self._inbox, host, DEFAULT_PORT if port is None else port, token)
+        # 0.0.0.0 is every address of this machine; its name is the one that others know.
+        name = socket.gethostname() if ipaddress.IPv4Address(host).is_unspecified else host
+        self.url = f"http://{name}:{self._hub.port}/" + (f"?token={token}" if token else "")
 
     def wants_frame(self) -> bool:
         """Return whether a page waits for a newer frame than the last one published; costs one attribute."""
         return self._hub.hungry
 
-    def publish(self, frame) -> None:
-        """Show `frame` (a `warpsim.Frame`) in place of the last one; returns without waiting for any page."""
-        moment = (frame.index, frame.time)
+    def publish(self, frame, full: bool = False) -> None:
+        """Show `frame` (a `warpsim.Frame`) in place of the last one; returns without waiting for any page.
+
+        `full` is for a run that stands still: all its points, not the stable subset that `scene.viewer.max_points` allows.
+        """
+        moment = (frame.index, frame.time, full)
         if moment == self._shown:
             return
-        blocks: list[Block] = []
-        for slot, name in enumerate(self._names):
-            blocks += _cloud_blocks(slot, frame[name])
+        limit = MOST_POINTS_AT_REST if full else self._most_points
         number = self._hub.number + 1
-        self._hub.offer(pack_frame(number, frame.time, blocks), number)
+        self._hub.offer(pack_frame(number, frame.time, frame_blocks(frame, self._names, limit)), number)
         self._shown = moment
+
+    def commands(self) -> list[Command]:
+        """Return what the pages have asked for since the last call, oldest first; never blocks."""
+        commands = self._inbox.drain()
+        if commands:
+            self._shown = None  # the same moment may now look different
+        return commands
+
+    def tell(self, status: Status) -> None:
+        """Let the pages know how the run is going; as often as you like: ten times a second goes out, and every change of state."""
+        if self._bulletin.worth(status, time.monotonic()):
+            self._hub.note("status", pack_command(status_command(status)))
+
+    def show_lines(self, paths: np.ndarray, key: str = "streamlines") -> None:
+        """Draw polylines, float32 (n, k, 3) [m], in place of those drawn under the same key before; sent once."""
+        self._hub.note(key, pack_command(lines_command(key, paths)))
 
     @property
     def client_count(self) -> int:
@@ -67,16 +98,3 @@ class Viewer:
 
     def __exit__(self, *exception) -> None:
         self.close()
-
-
-def _cloud_blocks(slot: int, system) -> list[Block]:
-    """Return the blocks of one system's points; positions are 16 bits a component in the box of the cloud."""
-    cloud = system.packed(MOST_POINTS)
-    # The page sees a normalized component as 0..1, so its scale is the whole box, not one step of it.
-    box = (np.asarray(cloud.scale, np.float32) * np.float32(65535.0), cloud.offset)
-    return [
-        Block(slot, Attribute.POSITION, cloud.position[: cloud.count], normalized=True, affine=box),
-        Block(slot, Attribute.COLOR, cloud.color[: cloud.count], normalized=True),
-        Block(slot, Attribute.SIZE_MAX, np.array([cloud.size_max], np.float32)),
-        Block(slot, Attribute.LIVE_COUNT, np.array([system.count], np.uint32)),
-    ]

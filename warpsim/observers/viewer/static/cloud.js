@@ -9,10 +9,15 @@ class Cloud {
     this.live = 0;       // particles alive
     this.capacity = 0;   // points that the buffers hold
     this.fresh = false;  // buffers of this capacity are not yet on the graphics card
+    this.turn = new T.Matrix4();
     this.points = new T.Points(new T.BufferGeometry(), Looks.material(shape, blend, inFloats));
     this.points.name = name;
     this.points.frustumCulled = false;              // its bounding sphere would be of some past frame
     this.points.renderOrder = blend === "additive" ? 1 : 0;
+    // Soft ones that cover one another are drawn from far to near; light adds up in any order, and spheres keep their depth.
+    this.order = shape === "sprites" && blend !== "additive" ? new DepthOrder() : null;
+    this.trail = new Trail(blend, inFloats);
+    this.points.add(this.trail.mesh);
     const drawn = new T.Vector2();
     this.points.onBeforeRender = (renderer) => {
       this.fresh = false;
@@ -20,7 +25,7 @@ class Cloud {
     };
   }
 
-  // parts: {position: {view, width, affine}, color: {view, width}, sizeMax, live}, typed arrays over the message
+  // parts: {position: {view, width, affine}, color: {view, width}, sizeMax, live, trail, trailColor, trailPoints}, views of the message
   show(parts) {
     const { position, color } = parts, uniforms = this.points.material.uniforms;
     if (position === undefined || color === undefined) return;
@@ -34,6 +39,21 @@ class Cloud {
     if (parts.sizeMax !== undefined) uniforms.sizeMax.value = parts.sizeMax;
     this.count = count;
     this.live = parts.live === undefined ? count : parts.live;
+    const { trail, trailColor, trailPoints } = parts;
+    if (trail !== undefined) this.trail.show(trail, trailColor, trailPoints, 0.4 * uniforms.sizeMax.value);
+    else this.trail.mesh.visible = false;
+  }
+
+  // Before each picture.
+  prepare(camera) {
+    if (this.order === null || this.count === 0) return;
+    const { geometry, material } = this.points, { extent } = material.uniforms, index = geometry.index;
+    this.points.updateWorldMatrix(true, false);
+    const e = this.turn.multiplyMatrices(camera.matrixWorldInverse, this.points.matrixWorld).elements;
+    const toward = [e[2] * extent.value.x, e[6] * extent.value.y, e[10] * extent.value.z];
+    if (!this.order.sort(geometry.attributes.position.array, this.count, toward, index.array)) return;
+    if (!this.fresh) index.updateRange = { offset: 0, count: this.count };
+    index.needsUpdate = true;
   }
 
   lay(name, part) {
@@ -52,6 +72,7 @@ class Cloud {
       const attribute = new T.BufferAttribute(new view.constructor(capacity * width), width, true);
       geometry.setAttribute(name, attribute.setUsage(T.DynamicDrawUsage));
     });
+    if (this.order !== null) geometry.setIndex(new T.BufferAttribute(new Uint32Array(capacity), 1).setUsage(T.DynamicDrawUsage));
     this.points.geometry.dispose();
     this.points.geometry = geometry;
     this.capacity = capacity;

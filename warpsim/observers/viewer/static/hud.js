@@ -7,10 +7,12 @@ class Hud {
     this.rows = new Map();
     this.arrivals = [];
     this.told = 0;
+    this.pace = "";     // of the run, as it says
   }
 
   set(scene) {
-    this.element.className = scene.sky;
+    document.body.classList.remove("night", "dusk", "day");
+    document.body.classList.add(scene.sky);
     this.element.textContent = "";
     this.rows.clear();
     this.row("name").textContent = scene.name;
@@ -34,13 +36,19 @@ class Hud {
     while (now - this.arrivals[0] > 1000) this.arrivals.shift();
     if (now - this.told < 100) return;
     this.told = now;
-    this.row("state", "faint").textContent = "";
     this.row("time").textContent = `${time.toFixed(2)} s`;
     clouds.forEach((cloud, slot) => {
       const drawn = cloud.count < cloud.live ? ` (${cloud.count.toLocaleString("en")} drawn)` : "";
       this.row(`cloud ${slot}`, "").textContent = `${cloud.live.toLocaleString("en")} ${cloud.name}${drawn}`;
     });
-    this.row("rate", "faint").textContent = `${this.arrivals.length} frames/s`;
+    this.row("rate", "faint").textContent = `${this.arrivals.length} frames/s${this.pace}`;
+  }
+
+  status(status) {
+    const steps = status.steps_per_second, factor = status.real_time_factor, short = (x) => Number(x.toPrecision(2)).toLocaleString("en");
+    this.pace = steps > 0 ? ` · ${short(steps)} steps/s` : "";
+    if (factor > 0) this.pace += ` · ${short(factor)}× real time`;
+    this.say([status.playing ? "" : "paused", status.recording ? "recording" : "", status.note].filter((s) => s).join(" · "));
   }
 
   say(words) {

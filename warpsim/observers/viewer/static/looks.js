@@ -10,6 +10,17 @@
 const Looks = (() => {
   const T = MeshCat.THREE;
 
+  // Far things take the color of the horizon; light fades, for the air adds none at night.
+  const air = { near: { value: 1e9 }, far: { value: 2e9 }, color: { value: new T.Vector3() } };
+  const HAZE = `
+    uniform float hazeNear, hazeFar;
+    uniform vec3 hazeColor;
+    vec4 hazy(vec4 own, float depth) {
+      float haze = 0.9 * smoothstep(hazeNear, hazeFar, depth);
+      return ADDS == 1 ? vec4(own.rgb, own.a * (1.0 - haze)) : vec4(mix(own.rgb, hazeColor, haze), own.a);
+    }`;
+  const inAir = () => ({ hazeNear: air.near, hazeFar: air.far, hazeColor: air.color });
+
   const VERTEX = `
     precision highp float;
     attribute vec4 position;      // 0..1: place in the cloud's box; w: share of the largest size
@@ -21,6 +32,7 @@ const Looks = (() => {
     uniform float reach;          // drawn diameter over the particle's own
     uniform float leastPixels;    // smaller ones are drawn this large, and fainter in proportion if they fade
     uniform float fades;
+    ${HAZE}
     varying vec4 tint;
     varying float pixels;
     void main() {
@@ -29,7 +41,7 @@ const Looks = (() => {
       pixels = max(wanted, leastPixels);
       gl_PointSize = pixels;
       float kept = min(wanted / leastPixels, 1.0);
-      tint = vec4(color.rgb, color.a * mix(1.0, kept, fades));  // by width, not area: a far spark is still a spark
+      tint = hazy(vec4(color.rgb, color.a * mix(1.0, kept, fades)), gl_Position.w);  // by width, not area: a far spark is still a spark
       if (tint.a * wanted <= 0.0) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // invisible: outside the picture
     }`;
 
@@ -72,6 +84,51 @@ const Looks = (() => {
       gl_FragColor = vec4(c * alpha, ADDS == 1 ? 0.0 : alpha);
     }`;
 
+  // A piece of a trail: thin and faint where it is old, wide and bright where the particle is.
+  const TRAIL_VERTEX = `
+    precision highp float;
+    attribute vec2 corner;        // 0 or 1 along the piece, -1 or 1 across it
+    attribute vec3 start, end;    // 0..1: places in the cloud's box
+    attribute float along;        // 0..1: place of the start in its trail; below 0 between two trails
+    attribute vec4 color;
+    uniform mat4 modelViewMatrix, projectionMatrix;
+    uniform vec3 extent, origin;
+    uniform vec2 viewSize;        // [pixels]
+    uniform float width, step;    // [m], share of a trail that a piece takes
+    ${HAZE}
+    varying vec4 tint;
+    varying float side;
+    void main() {
+      vec4 from = projectionMatrix * (modelViewMatrix * vec4(start * extent + origin, 1.0));
+      vec4 to = projectionMatrix * (modelViewMatrix * vec4(end * extent + origin, 1.0));
+      vec4 at = corner.x < 0.5 ? from : to;
+      vec2 run = (to.xy / to.w - from.xy / from.w) * viewSize;
+      float reach = length(run), share = along + corner.x * step;
+      float wanted = width * mix(0.15, 1.0, share) * projectionMatrix[1][1] * 0.5 * viewSize.y / at.w;
+      float pixels = max(wanted, 1.5);
+      at.xy += vec2(-run.y, run.x) / max(reach, 1e-6) * corner.y * pixels / viewSize * at.w;
+      side = corner.y;
+      tint = hazy(vec4(color.rgb, color.a * share * share * sqrt(min(wanted / 1.5, 1.0))), at.w);
+      gl_Position = along < 0.0 || from.w <= 0.0 || to.w <= 0.0 || reach < 1e-3 ? vec4(2.0, 2.0, 2.0, 1.0) : at;
+    }`;
+
+  const TRAIL = `
+    precision highp float;
+    varying vec4 tint;
+    varying float side;
+    void main() {
+      float alpha = tint.a * (1.0 - side * side);
+      gl_FragColor = vec4(tint.rgb * alpha, ADDS == 1 ? 0.0 : alpha);
+    }`;
+
+  function blending(adds, inFloats) {
+    return {
+      transparent: true, depthTest: true, blending: T.CustomBlending, blendEquation: T.AddEquation,
+      blendSrc: T.OneFactor, blendDst: !adds ? T.OneMinusSrcAlphaFactor : inFloats ? T.OneFactor : T.OneMinusSrcColorFactor,
+      blendSrcAlpha: T.OneFactor, blendDstAlpha: T.OneMinusSrcAlphaFactor,
+    };
+  }
+
   function material(shape, blend, inFloats) {
     const adds = blend === "additive", sphere = shape === "points";
     return new T.RawShaderMaterial({
@@ -81,14 +138,25 @@ const Looks = (() => {
       uniforms: {
         extent: { value: new T.Vector3(1, 1, 1) }, origin: { value: new T.Vector3() }, sizeMax: { value: 0 },
         viewHeight: { value: 1 }, reach: { value: sphere || !adds ? 1 : 1.6 },
-        leastPixels: { value: sphere ? 1.5 : 2 }, fades: { value: sphere ? 0 : 1 },
+        leastPixels: { value: sphere ? 1.5 : 2 }, fades: { value: sphere ? 0 : 1 }, ...inAir(),
       },
-      transparent: true, depthTest: true, depthWrite: sphere && !adds,
-      blending: T.CustomBlending, blendEquation: T.AddEquation,
-      blendSrc: T.OneFactor, blendDst: !adds ? T.OneMinusSrcAlphaFactor : inFloats ? T.OneFactor : T.OneMinusSrcColorFactor,
-      blendSrcAlpha: T.OneFactor, blendDstAlpha: T.OneMinusSrcAlphaFactor,
+      depthWrite: sphere && !adds, ...blending(adds, inFloats),
     });
   }
 
-  return { material };
+  function trail(blend, inFloats) {
+    const adds = blend === "additive";
+    return new T.RawShaderMaterial({
+      vertexShader: TRAIL_VERTEX,
+      fragmentShader: TRAIL,
+      defines: { ADDS: adds ? 1 : 0 },
+      uniforms: {
+        extent: { value: new T.Vector3(1, 1, 1) }, origin: { value: new T.Vector3() }, width: { value: 0.01 }, step: { value: 1 },
+        viewSize: { value: new T.Vector2(1, 1) }, ...inAir(),
+      },
+      depthWrite: false, side: T.DoubleSide, ...blending(adds, inFloats),
+    });
+  }
+
+  return { material, trail, air };
 })();

@@ -19,6 +19,7 @@ class Stage {
     this.scene = scene;
     this.spacing = 0;
     this.glow.on = this.glow.possible && scene.sky === "night";
+    Looks.air.color.value.fromArray(scene.haze);
     if (again) return;
     this.touched = false;
     this.box = this.wanted = null;
@@ -69,6 +70,8 @@ class Stage {
     const { camera, controls } = this.viewer, distance = camera.position.distanceTo(controls.target);
     camera.near = distance * 0.005;
     camera.far = distance * 200;
+    Looks.air.near.value = 4 * distance;
+    Looks.air.far.value = 40 * distance;
     if (this.scene !== null) this.ground(distance, controls.target);
   }
 
@@ -77,14 +80,14 @@ class Stage {
   ground(distance, target) {
     const spacing = Math.pow(10, Math.round(Math.log10(distance) - 0.9));
     const height = Math.abs(this.viewer.camera.position.y) / distance;
-    const shown = Math.abs(target.y) < 1.5 * distance && height > 0.02;
+    const shown = this.scene.ground && Math.abs(target.y) < 1.5 * distance && height > 0.02;
     if (spacing !== this.spacing) {
       this.spacing = spacing;
       this.grid = Stage.grid(spacing, this.scene.sky);
       this.viewer.set_object([...this.scene.root.split("/").filter((s) => s), "ground"], this.grid);
     }
     this.grid.visible = shown;
-    this.grid.material.opacity = Math.min(1, 4 * (height - 0.02));
+    this.grid.material.opacity = this.grid.children[0].material.opacity = Math.min(1, 4 * (height - 0.02));
     const snap = (x) => Math.round(x / spacing) * spacing;
     this.grid.position.set(snap(target.x), 0, snap(target.z));
   }
@@ -111,6 +114,19 @@ class Stage {
     const grid = new T.LineSegments(geometry, material);
     grid.frustumCulled = false;
     grid.renderOrder = -1;
+    grid.add(Stage.soil(reach * spacing, sky));
     return grid;
+  }
+
+  // A breath of color under the grid, so that the ground is not the sky.
+  static soil(reach, sky) {
+    const T = MeshCat.THREE, geometry = new T.CircleGeometry(reach, 64).rotateX(-Math.PI / 2), color = [];
+    const [r, g, b, a] = { night: [0.10, 0.11, 0.15, 0.5], dusk: [0.62, 0.68, 0.76, 0.28], day: [0.62, 0.60, 0.56, 0.32] }[sky];
+    for (let n = 0; n < geometry.attributes.position.count; n++) color.push(r, g, b, n === 0 ? a : 0);
+    geometry.setAttribute("color", new T.Float32BufferAttribute(color, 4));
+    const soil = new T.Mesh(geometry, new T.MeshBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false, side: T.DoubleSide }));
+    soil.frustumCulled = false;
+    soil.renderOrder = -2;
+    return soil;
   }
 }

@@ -8,7 +8,7 @@ const ARRAYS = {
 };
 const NORMALIZED = 1, AFFINE = 2;
 
-// Views over one frame: {number, time, slots: Map slot -> {position, color, sizeMax, live}}.
+// Views over one frame: {number, time, slots: Map slot -> {position, color, sizeMax, live, ...}}.
 function readFrame(buffer) {
   const data = new DataView(buffer), slots = new Map();
   let at = 16;
@@ -26,15 +26,20 @@ function readFrame(buffer) {
     else if (attribute === 1) parts.color = { view, width };
     else if (attribute === 6) parts.sizeMax = view[0];
     else if (attribute === 7) parts.live = view[0];
+    else if (attribute === 8) parts.trail = { view, affine };
+    else if (attribute === 9) parts.trailColor = { view };
+    else if (attribute === 10) parts.trailPoints = view[0];
   }
   return { number: data.getUint32(4, true), time: data.getFloat64(8, true), slots };
 }
 
 class Stream {
-  constructor(viewer, stage, hud) {
+  constructor(viewer, stage, hud, controls) {
     this.viewer = viewer;
     this.stage = stage;
     this.hud = hud;
+    this.controls = controls;
+    this.lines = controls.lines;
     this.clouds = [];
     this.number = 0;          // of the frame shown last, on this connection
     this.time = 0;
@@ -43,15 +48,32 @@ class Stream {
     const command = viewer.handle_command.bind(viewer);
     viewer.handle_command = (c) => { this.command(c) || command(c); };
     const render = viewer.render.bind(viewer);
-    viewer.render = () => { stage.prepare(); render(); this.answer(); };
+    viewer.render = () => { this.prepare(); render(); this.answer(); };
   }
 
-  // Ours: the scene and its clouds.  Returns whether it was.
+  prepare() {
+    const { camera } = this.viewer;
+    this.stage.prepare();
+    camera.updateMatrixWorld();
+    for (const cloud of this.clouds) cloud.prepare(camera);
+  }
+
+  // Ours: the scene, its clouds, lines and sliders, and how the run is going.  Returns whether it was.
   command(c) {
     if (c.type === "warpsim_scene") {
       this.clouds = [];
+      this.lines.clear();
       this.stage.set(c);
       this.hud.set(c);
+      this.controls.set(c);
+    } else if (c.type === "warpsim_controls") {
+      this.controls.offer(c.controls);
+    } else if (c.type === "warpsim_status") {
+      this.hud.status(c);
+      this.controls.status(c);
+    } else if (c.type === "warpsim_lines") {
+      this.lines.draw(c);
+      this.controls.offerLines();
     } else if (c.type === "warpsim_cloud") {
       const cloud = this.clouds[c.slot] = new Cloud(c.name, c.shape, c.blend, this.stage.glow.on);
       this.viewer.set_object(c.path.split("/").filter((s) => s), cloud.points);
@@ -66,6 +88,7 @@ class Stream {
     this.time = frame.time;
     if (this.frames++ % 10 === 0) this.stage.follow(this.clouds);
     this.hud.frame(frame.time, this.clouds);
+    this.controls.frame(frame.time);
     this.viewer.set_dirty();
   }
 
@@ -73,6 +96,10 @@ class Stream {
     if (this.unanswered === null || this.socket.readyState !== WebSocket.OPEN) return;
     this.socket.send(JSON.stringify({ type: "ack", frame: this.unanswered }));
     this.unanswered = null;
+  }
+
+  ask(command) {
+    if (this.socket !== undefined && this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(command));
   }
 
   receive(message) {
@@ -88,15 +115,20 @@ class Stream {
   // Meshcat's page never connects again; this one tries each second, so that it outlives the run and finds the next.
   connect() {
     const address = new URL("stream", location.href);
+    address.search = location.search;   // the token, if there is one
     address.protocol = address.protocol.replace("http", "ws");
     this.viewer.connect(address.href);
     const socket = this.socket = this.viewer.connection;
     this.number = 0;
     this.unanswered = null;
-    socket.onopen = () => socket.send('{"type":"hello"}');
+    socket.onopen = () => {
+      socket.send('{"type":"hello"}');
+      this.hud.say("");
+    };
     socket.onmessage = (message) => this.receive(message);
     socket.onclose = () => {
       this.hud.say("the run has ended; waiting for the next");
+      this.controls.rest();
       setTimeout(() => this.connect(), 1000);
     };
   }
