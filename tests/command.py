@@ -26,8 +26,9 @@ BLOW_UP = SPARKS.replace("Sparks", "Blow up").replace(
 
 
 def environment(**more: str) -> dict[str, str]:
-    """Return the environment of a process that finds this checkout's warpsim from any folder."""
-    return {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, [os.environ.get("PYTHONPATH"), str(ROOT)])), **more}
+    """Return the environment of a process that finds this checkout's warpsim from any folder; a PYTHONPATH in `more` goes first."""
+    paths = [more.get("PYTHONPATH"), os.environ.get("PYTHONPATH"), str(ROOT)]
+    return {**os.environ, **more, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
 
 
 def command(*arguments: object) -> list[str]:

@@ -1,7 +1,6 @@
 """list, info, new, validate, schema, doctor: what they print and how they end."""
 
 import json
-import os
 import socket
 import subprocess
 
@@ -117,7 +116,7 @@ def test_doctor_sees_a_port_in_use():
 
 def test_doctor_fails_where_something_is_broken(tmp_path):
     (tmp_path / "warp.py").write_text("raise ImportError('no such luck')\n")
-    result = warpsim("doctor", cwd=tmp_path, PYTHONPATH=os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
+    result = warpsim("doctor", cwd=tmp_path, PYTHONPATH=str(tmp_path))
     assert result.returncode == 1 and "no such luck" in result.stdout and "Traceback" not in result.stdout + result.stderr
 
 
