@@ -15,7 +15,8 @@ from typing import Protocol
 
 from warpsim.interruption import Interruption
 
-REPORT_PERIOD = 0.25  # s between looks at the counters: each look waits for the device
+REPORT_PERIOD = 0.25  # s between reports
+REPORT_SHARE = 0.02  # most of the time that reports may take: each one waits for the device and adds up energies
 IDLE_SLICE = 0.02  # s of sleep between looks at the signal: a handler must not touch a lock that the sleeper may hold
 SWITCH_INTERVAL = 5e-4  # s; Python's 5 ms, with the viewer's thread beside the run, makes a frame of 2 ms take 21
 
@@ -151,7 +152,7 @@ class Playback:
         self._waited = 0.0
         self._started = time.perf_counter()
         self._lap = (simulation.index, 0.0)
-        self._reported_at = self._started
+        self._report_due = self._started + REPORT_PERIOD
         self._overflowing: set[str] = set()
 
     def play(self) -> str:
@@ -170,7 +171,7 @@ class Playback:
             if self.viewer:
                 self._wait_until(clock + self.simulation.index * period)
                 self._publish()
-            if time.perf_counter() - self._reported_at >= REPORT_PERIOD:
+            if time.perf_counter() >= self._report_due:
                 self.report()
         return "done"
 
@@ -185,10 +186,11 @@ class Playback:
 
     def report(self) -> None:
         """Tell how far the run is, with the speed since the last report."""
-        first, busy_before = self._lap
-        self._lap = (self.simulation.index, self._busy())
-        self.audience.report(self._report(self._busy() - busy_before, self.simulation.index - first))
-        self._reported_at = time.perf_counter()
+        began = time.perf_counter()
+        (first, busy_before), self._lap = self._lap, (self.simulation.index, self._busy())
+        self.audience.report(self._report(self._lap[1] - busy_before, self.simulation.index - first))
+        ended = time.perf_counter()
+        self._report_due = ended + max(REPORT_PERIOD, (ended - began) / REPORT_SHARE)
 
     def final_report(self) -> Report:
         """Tell and return how far the run came, with the speed of the whole of it."""
