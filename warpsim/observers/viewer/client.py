@@ -92,7 +92,7 @@ class Client(LocalRequest, WebSocketHandler):
                 else:
                     self.hub.take_stock()
                     await self._rest()
-        except (WebSocketClosedError, StreamClosedError, asyncio.TimeoutError):
+        except (TimeoutError, WebSocketClosedError, StreamClosedError):
             self.hub.leave(self)
             self.stream.close()
 

@@ -139,6 +139,8 @@ class Controls {
       });
     }
     this.waiting.set(input, command);
+    // What the run said meanwhile counts once the slider is let go.
+    setTimeout(() => { if (this.state !== null && !this.inHand(input)) this.status(this.state); }, HOLD + 50);
   }
 
   inHand(input) {
