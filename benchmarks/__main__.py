@@ -12,6 +12,7 @@ import warpsim
 from benchmarks.cases import Case, million, sparks
 from benchmarks.measure import Sample, Timing, Way, stage_shares, take_turns
 from benchmarks.report import Report
+from benchmarks.startup import measure_startup
 from warpsim.kernel_cache import prepare_kernel_cache
 from warpsim.launch import available_cores
 
@@ -102,7 +103,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="small counts and few rounds: shows that it works, not how fast")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as a JSON line")
-    parser.add_argument("--only", choices=["million", "sparks"], help="one case alone")
+    parser.add_argument("--only", choices=["million", "sparks", "startup"], help="one case alone")
     parser.add_argument("--count", type=int, default=1_000_000, help="particles of the main case")
     parser.add_argument("--rounds", type=int, default=30, help="turns of each way")
     parser.add_argument("--device", default="cpu", help="cpu or cuda:N")
@@ -114,9 +115,11 @@ def main() -> None:
     machine |= {"python": platform.python_version(), "warp": wp.config.version, "warpsim": warpsim.__version__}
     report.fact("machine", "machine", ", ".join(f"{key}: {value}" for key, value in machine.items()), **machine)
     report.console.print()
-    if options.only != "sparks":
+    if options.only in (None, "startup"):
+        measure_startup(report, max(2, rounds // 3))
+    if options.only in (None, "million"):
         measure_ways(million(count), report, options.device, rounds)
-    if options.only != "million":
+    if options.only in (None, "sparks"):
         measure_real_time(sparks(2_000), report, options.device, rounds)
     if options.json:
         report.write(options.json)

@@ -77,7 +77,8 @@ class FrameGraph:
         self._singles: dict[int, FrameGraph] = {}
         for kernel in map(self._kernel, self.stages):
             if kernel is not None:
-                kernel.module.load(self.device)  # compiles what is not in the cache; within a CUDA capture it could not
+                # Compiles what is not in the cache, which a CUDA capture could not; on the CPU every launch has blocks of one.
+                kernel.module.load(self.device, 1 if self.device.is_cpu else 256)
         self._graphs = {cores: [self._capture(core, cores) for core in range(cores)] for cores in {1, self.core_count}}
 
     def _capture(self, core: int, core_count: int):

