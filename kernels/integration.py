@@ -28,7 +28,7 @@ class Pace:
 class Body:
     x: wp.vec3  # [m]
     v: wp.vec3  # [m/s]
-    age: float  # at the frame's beginning [s]
+    age: float  # at the frame's end [s]
     lifetime: float  # [s]
     inverse_mass: float  # [1/kg]
     k: float  # drag rate [1/s]
@@ -64,7 +64,7 @@ def inside(x: wp.vec3, v: wp.vec3, extent: float) -> int:
 @wp.func
 def substep(body: Body, s: int, pace: Pace) -> float:
     """Return the part of substep s in which the body lives [s]."""
-    return active_step(body.age + float(s) * pace.dt, pace.dt, body.lifetime)
+    return active_step(body.age - float(pace.substep_count - 1 - s) * pace.dt, pace.dt, body.lifetime)
 
 
 @wp.func
@@ -224,7 +224,7 @@ def gather_body(i: int, frame: int, pace: Pace, environment: Environment, partic
     body = Body()
     body.x = read3(particles.position, i)
     body.v = read3(particles.velocity, i)
-    body.age = age_at(frame - 1, particles.birth_frame[i], particles.birth_age[i], pace.fps)
+    body.age = age_at(frame, particles.birth_frame[i], particles.birth_age[i], pace.fps)
     body.lifetime = particles.lifetime[i]
     body.inverse_mass = 1.0 / particles.mass[i]
     body.k = drag_rate(environment.alpha, environment.viscosity, particles.radius[i], body.inverse_mass)

@@ -16,8 +16,8 @@ def age_at(frame: int, birth_frame: int, birth_age: float, fps: float) -> float:
 
 @wp.func(inline=True)
 def active_step(age: float, dt: float, lifetime: float) -> float:
-    """Return the part of a substep that lies between birth and death [s]; age at the substep's beginning, negative before birth."""
-    return wp.clamp(wp.min(wp.min(age + dt, lifetime - age), lifetime), 0.0, dt)
+    """Return the part of a substep between birth and death [s]; age is that at the substep's end, so that one born there stays put."""
+    return wp.clamp(wp.min(wp.min(age, lifetime - age + dt), lifetime), 0.0, dt)
 
 
 @wp.kernel(enable_backward=False)

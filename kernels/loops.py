@@ -64,7 +64,7 @@ PROLOGUE = """
     for (int b = begin; b < end; b += B) {
         for (int i = 0; i < B; ++i) {
             for (int c = 0; c < 3; ++c) { X[c][i] = P[b + i + c * S]; V[c][i] = Q[b + i + c * S]; }
-            age[i] = $age_at(frame - 1, birth_frame[b + i], birth_age[b + i], pace.fps);
+            age[i] = $age_at(frame, birth_frame[b + i], birth_age[b + i], pace.fps);
             life[i] = L[b + i];
             W[i] = 1.0f / particles.mass.data[b + i];
             K[i] = $drag_rate(environment.alpha, environment.viscosity, particles.radius.data[b + i], W[i]);
@@ -79,7 +79,7 @@ FORCE_LAMBDA = """auto force = [&](int moment) {
     };"""
 SUBSTEPS = """
         for (int s = 0; s < pace.substep_count; ++s) {
-            for (int i = 0; i < B; ++i) H[i] = $active_step(age[i] + (float)s * pace.dt, pace.dt, life[i]);
+            for (int i = 0; i < B; ++i) H[i] = $active_step(age[i] - (float)(pace.substep_count - 1 - s) * pace.dt, pace.dt, life[i]);
 """
 EPILOGUE = """
         }
@@ -88,7 +88,7 @@ EPILOGUE = """
         int outside = 0;
         for (int i = 0; i < n; ++i) {
             for (int c = 0; c < 3; ++c) { P[b + i + c * S] = X[c][i]; Q[b + i + c * S] = V[c][i]; }
-            const int lives = $age_at(frame, birth_frame[b + i], birth_age[b + i], pace.fps) < life[i];
+            const int lives = age[i] < life[i];
             const int in = $inside(GET(X), GET(V), environment.extent);
             outside += lives & (1 - in);
             alive[b + i] = environment.policy == @KILL@ ? lives & in : lives;

@@ -51,7 +51,7 @@ def advance(name, x, v, age, lifetime, begin):
     dt = 1.0 / (FPS * SUBSTEPS)
     for s in range(SUBSTEPS):
         fields = {m: (flow_at(begin + (s + m) * dt), acceleration_at(begin + (s + m) * dt)) for m in (0, 0.5, 1)}
-        h = active_step(age + s * dt, dt, lifetime)
+        h = active_step(age + (s + 1) * dt, dt, lifetime)
         x, v = integration.METHODS[name](x, v, lambda y, m, f=fields: f[m][0](y), lambda y, m, f=fields: f[m][1](y), ALPHA / MASS, h)
     return x, v
 
@@ -121,7 +121,7 @@ def sample_kicks(rate: wp.array[float], h: float, v: wp.vec3, u: wp.vec3, a: wp.
 
 
 def test_the_kick_is_exact_for_constant_drive(device):
-    """Against the closed form, from kh = 0 over the seam of the series at ½ to very stiff: 1e-6 (φ to 5e-7, 4 roundings) of |v − u| + |a| h."""
+    """Against the closed form, from kh = 0 over the seam of the series at ½ to very stiff: 1e-6 (φ to 5e-7) of |v − u| + |a| h."""
     v, u, a, h = np.array([3.0, -1.0, 0.5]), np.array([-2.0, 0.1, 4.0]), np.array([0.0, -9.81, 1.0]), 1 / 60
     rates = np.concatenate([[0.0, 29.9, 30.0, 30.1], np.geomspace(1e-6, 1e12, 253)]).astype(np.float32)
     out = wp.zeros(len(rates), dtype=wp.vec3, device=device)

@@ -51,8 +51,8 @@ def test_active_step_equals_the_twin(rng, device):
     n = 257
     age, dt = rng.uniform(-0.03, 1.0, n).astype(np.float32), rng.choice([1 / 60, 1 / 240, 0.02], n).astype(np.float32)
     life = rng.choice([0.001, 0.01, 0.5, 1.0, 1e6], n).astype(np.float32)
-    age[::3] = rng.uniform(-0.02, 0.01, len(age[::3]))
-    age[1::5] = life[1::5] - rng.uniform(-0.01, 0.02, len(age[1::5])).astype(np.float32)
+    age[::3] = rng.uniform(-0.005, 0.025, len(age[::3]))
+    age[1::5] = life[1::5] - rng.uniform(-0.02, 0.01, len(age[1::5])).astype(np.float32)
     out = wp.zeros(n, dtype=float, device=device)
     wp.launch(sample_steps, n, [*(wp.array(v, device=device) for v in (age, dt, life)), out], device=device)
     exact = np.array([reference.active_step(float(a), float(d), float(v)) for a, d, v in zip(age, dt, life, strict=True)])

@@ -11,8 +11,8 @@ def age_at(frame: int, birth_frame: int, birth_age: float, fps: float) -> Fracti
 
 
 def active_step(age: float, dt: float, lifetime: float) -> float:
-    """Return the length of [age, age + dt] ∩ [0, lifetime]: of the substep, what lies between birth and death."""
-    return max(0.0, min(age + dt, lifetime) - max(age, 0.0))
+    """Return the length of [age − dt, age] ∩ [0, lifetime]: of the substep that ends at this age, what lies between birth and death."""
+    return max(0.0, min(age, lifetime) - max(age - dt, 0.0))
 
 
 def compact(slab: np.ndarray, alive: np.ndarray) -> np.ndarray:
