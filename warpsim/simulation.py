@@ -103,7 +103,9 @@ class Simulation:
             raise ValueError(f"there is no frame {index}: the first is 0")
         if index < self.index:
             self._keep_frame()
-            self._restore(self._good if self._good["index"] <= index else self._first)
+            if self._good["index"] > index:
+                self._good = self._first  # a later snapshot may belong to a story that a change will end
+            self._restore(self._good)
         while self.index < index:
             self.step_frame()
 

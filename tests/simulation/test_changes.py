@@ -101,6 +101,19 @@ def test_going_back_and_forth_makes_the_same_changes_again():
     assert [change.index for change in sim.changes] == [5]
 
 
+def test_a_snapshot_of_another_story_is_forgotten():
+    """Found in review: the snapshot at frame 64 was taken before a change at frame 10 was made."""
+    sim, straight = (Simulation(scene(), device="cpu", threads=1) for _ in range(2))
+    sim.seek(70)
+    sim.seek(0)
+    for each in (sim, straight):
+        each.seek(10)
+        each.change("gravity.1", -1.0)
+        each.seek(100)
+        each.seek(80)
+    assert sim.state_hash() == straight.state_hash()
+
+
 def test_there_is_nothing_before_the_first_frame():
     with pytest.raises(ValueError, match="the first is 0"):
         Simulation(scene(), device="cpu").seek(-1)
