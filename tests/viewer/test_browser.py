@@ -133,6 +133,7 @@ def test_light_adds_up_to_white_heat_on_any_graphics_card(browser, floats):
             page.command("Page.addScriptToEvaluateOnNewDocument", source=NO_FLOATS)
         page.visit(viewer.url)
         assert viewer.wait_for_client(60.0)
+        page.wait_for("stage.scene !== null")
         assert page.run("glow.on") is floats
         middle = []
         for index, layers in enumerate((1, 4, 40)):

@@ -177,7 +177,7 @@ SCENE = {
         "rain": {
             "type": "particles",
             "capacity": 5000,
-            "emitters": [{"shape": {"type": "box", "center": [0, 2, 0], "size": [2, 0.1, 2]}, "rate": 600, "lifetime": 1.0}],
+            "emitters": [{"shape": {"type": "box", "center": [0, 2, 0], "size": [2, 0.1, 2]}, "rate": 600, "lifetime": 0.8}],
         }
     },
 }

@@ -1,5 +1,6 @@
 """Who may reach the viewer, and what strangers get."""
 
+import contextlib
 import http.client
 import socket
 import subprocess
@@ -14,7 +15,9 @@ import websocket
 from tests.viewer.fake_run import DUST, dust
 from tests.viewer.watcher import Watcher, stream_address
 from warpsim.observers.viewer import Viewer
-from warpsim.observers.viewer.pages import asset_paths
+from warpsim.observers.viewer.client import MOST_REPLIES
+from warpsim.observers.viewer.door import REQUESTS_PER_CONNECTION
+from warpsim.observers.viewer.pages import asset_paths, checked_token, fresh_token
 
 
 @pytest.fixture(scope="module")
@@ -133,6 +136,93 @@ def test_noise_on_the_line_harms_nobody(viewer, noise, capfd):
             pass
     assert get(viewer).status == 200
     assert capfd.readouterr().err == ""  # a stranger cannot write on the run's terminal
+
+
+def test_whoever_dribbles_or_never_says_hello_is_shown_out(viewer):
+    address = ("127.0.0.1", urlsplit(viewer.url).port)
+    with socket.create_connection(address, 30) as slow, Watcher(viewer.url, hello=False) as shy:
+        slow.settimeout(0.3)
+        began, request = time.monotonic(), b"GET /stream HTTP/1.1\r\n" + b"X: y\r\n" * 1000
+        with contextlib.suppress(ConnectionError):
+            for byte in request:
+                slow.sendall(bytes([byte]))
+                with contextlib.suppress(TimeoutError):
+                    if slow.recv(1) == b"":
+                        break
+        assert time.monotonic() - began < 12
+        assert shy.farewell() in (1000, 1006, None) and time.monotonic() - began < 12
+
+
+def test_a_connection_serves_few_requests(viewer):
+    connection = http.client.HTTPConnection(urlsplit(viewer.url).netloc, timeout=30)
+    for number in range(1, REQUESTS_PER_CONNECTION + 1):
+        connection.request("GET", "/stream.js")
+        response = connection.getresponse()
+        assert response.read() and (response.getheader("Connection") == "close") == (number == REQUESTS_PER_CONNECTION)
+    assert connection.sock is None
+
+
+def test_a_page_that_talks_too_much_is_shown_out(viewer):
+    with Watcher(viewer.url) as watcher:
+        with contextlib.suppress(OSError, websocket.WebSocketException):
+            for _ in range(5 * MOST_REPLIES):
+                watcher.say({"type": "step"})
+        assert watcher.farewell() in (1008, None)
+
+
+@pytest.fixture(scope="module")
+def wide():
+    """A viewer on every address of this machine; the tests reach it on one they always have."""
+    with Viewer(DUST, host="0.0.0.0", port=0, token=TOKEN) as viewer:
+        yield viewer
+
+
+TOKEN = "abcdefghijklmnop_-0123"
+
+
+def wide_address(viewer: Viewer) -> str:
+    return f"127.0.0.2:{urlsplit(viewer.url).port}"
+
+
+def test_the_token_is_in_the_address_and_opens_page_and_stream(wide):
+    assert wide.url.endswith(f"/?token={TOKEN}")
+    address = wide_address(wide)
+    connection = http.client.HTTPConnection(address, timeout=30)
+    connection.request("GET", f"/?token={TOKEN}")
+    assert connection.getresponse().status == 200
+    connection = http.client.HTTPConnection(address, timeout=30)
+    connection.request("GET", "/stream.js")  # a script holds nothing of the run
+    assert connection.getresponse().status == 200
+    websocket.create_connection(f"ws://{address}/stream?token={TOKEN}", timeout=30, origin=f"http://{address}").close()
+
+
+@pytest.mark.parametrize("query", ["", "?token=", f"?token={TOKEN[:-1]}", f"?token={TOKEN}x", "?token=%c3%a9", f"?Token={TOKEN}"])
+def test_without_the_token_nothing_of_the_run_is_shown(wide, query):
+    address = wide_address(wide)
+    for path in ("/", "/index.html"):
+        connection = http.client.HTTPConnection(address, timeout=30)
+        connection.request("GET", path + query)
+        assert connection.getresponse().status == 403
+    with pytest.raises(websocket.WebSocketBadStatusException) as refused:
+        websocket.create_connection(f"ws://{address}/stream{query}", timeout=30, suppress_origin=True)
+    assert refused.value.status_code == 403
+
+
+def test_with_the_token_a_foreign_origin_is_refused_all_the_same(wide):
+    with pytest.raises(websocket.WebSocketBadStatusException) as refused:
+        websocket.create_connection(f"ws://{wide_address(wide)}/stream?token={TOKEN}", timeout=30, origin="http://evil.example")
+    assert refused.value.status_code == 403
+
+
+@pytest.mark.parametrize("token", ["", "short", "a" * 15, "with space in it all", "a&b=cccccccccccccccccc"])
+def test_a_poor_token_is_refused(token):
+    with pytest.raises(ValueError):
+        Viewer(DUST, host="0.0.0.0", port=0, token=token)
+
+
+def test_fresh_tokens_are_good_and_differ():
+    tokens = {checked_token(fresh_token()) for _ in range(100)}
+    assert len(tokens) == 100
 
 
 def test_two_viewers_on_one_port_get_two_ports(viewer):

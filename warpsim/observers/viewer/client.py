@@ -15,6 +15,8 @@ CREDIT = 2
 # Long enough for a large cloud through a slow tunnel; whoever reads nothing for so long is gone or hostile.
 SEND_SECONDS = 20.0
 HELLO_SECONDS = 5.0
+# A page says at most an ack and a word per slider for each picture; more than this, for a second, is a flood.
+MOST_REPLIES = 600
 _POLICY_VIOLATION = 1008
 
 
@@ -33,6 +35,7 @@ class Client(LocalRequest, WebSocketHandler):
         self.noted = 0
         self.unanswered: deque[int] = deque()
         self.heard = 0.0
+        self.second, self.replies = 0, 0
 
     def check_origin(self, origin: str) -> bool:
         return True  # LocalRequest.prepare has looked at it, and at Host
@@ -51,6 +54,7 @@ class Client(LocalRequest, WebSocketHandler):
     def on_message(self, message: str | bytes) -> None:
         """Take a hello, an ack or a command; whoever says anything else is no page of ours and is shown out."""
         try:
+            self._count()
             reply = read_reply(message)
             if (reply is None) == self.greeted:
                 raise ValueError("one hello comes first")
@@ -73,13 +77,20 @@ class Client(LocalRequest, WebSocketHandler):
         self.wake.set()
         self.hub.take_stock()
 
+    def _count(self) -> None:
+        second = int(asyncio.get_running_loop().time())
+        self.second, self.replies = second, 1 if second != self.second else self.replies + 1
+        if self.replies > MOST_REPLIES:
+            raise ValueError("too many words")
+
     def hungry(self) -> bool:
         """Whether a frame newer than the hub's latest would be sent at once."""
         return self.ready and len(self.unanswered) < CREDIT and self.sent == self.hub.number
 
     async def _pump(self) -> None:
         try:
-            await asyncio.wait_for(self._greeting(), HELLO_SECONDS)
+            async with asyncio.timeout(HELLO_SECONDS):
+                await self._greeting()
             for command in self.hub.stage:
                 await self._send(command)
             self.ready = True
@@ -106,7 +117,8 @@ class Client(LocalRequest, WebSocketHandler):
 
     async def _send(self, message: bytes) -> None:
         """Return when the socket has taken the message; at most one waits in it."""
-        await asyncio.wait_for(self.write_message(message, binary=True), SEND_SECONDS)
+        async with asyncio.timeout(SEND_SECONDS):  # not wait_for, which may swallow a cancellation (Python 3.11)
+            await self.write_message(message, binary=True)
 
     async def _send_notes(self) -> None:
         before, self.noted = self.noted, self.hub.note_number

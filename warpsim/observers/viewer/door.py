@@ -4,6 +4,7 @@ A connection costs the run about a millisecond of Python's one lock.  A storm of
 those who wait stand in the short queue of the operating system, which costs nothing.  A page needs a dozen connections.
 """
 
+import copy
 import errno
 import socket
 import time
@@ -17,6 +18,8 @@ MOST_CONNECTIONS = 64
 # So many come in at once (a page opens up to seven), then so many a second.
 BURST = 40
 ARRIVALS_PER_SECOND = 40
+# Then a connection is closed after its answer, so that a flood of requests is as slow as a flood of connections.
+REQUESTS_PER_CONNECTION = 3
 # Short: whoever is beyond it tries again by itself after a second, and nobody waits here longer than that.
 QUEUE = 32
 _FULL = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
@@ -37,6 +40,14 @@ class Server(tornado.httpserver.HTTPServer):
             held.remove(idle)
         self._held = [*held, stream]
         super().handle_stream(stream, address)
+
+    def start_request(self, server_conn, request_conn):
+        """Take a request on a connection in."""
+        served = server_conn.served = getattr(server_conn, "served", 0) + 1
+        if served >= REQUESTS_PER_CONNECTION:
+            request_conn.params = copy.copy(request_conn.params)
+            request_conn.params.no_keep_alive = True
+        return super().start_request(server_conn, request_conn)
 
 
 class Door:
