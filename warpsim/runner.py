@@ -1,23 +1,24 @@
-"""The runner: takes a scene through its frames, in real time or at full speed, and shows every frame to the observers.
+"""The runner: builds what a scene describes, plays it, and sees to it that nothing is lost however it ends.
 
-It owns the order (build, step, record, wait, show), the clock and how a run ends; it knows neither YAML nor terminals.
+It owns the order (build, play, save, close); it knows neither YAML nor terminals. `screening.py` does the same for a recorded run.
 """
 
-import re
+import errno
+import os
 import sys
 import tempfile
-import time
 from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
+from warpsim.changes import Change, FixedField, changed_scene
+from warpsim.filming import Filming, file_stem
 from warpsim.interruption import Interruption
+from warpsim.playback import Playback, never
+from warpsim.reporting import Audience, Logged, Report
+from warpsim.streamlines import streamlines
 
-REPORT_PERIOD = 0.25  # s between reports
-REPORT_SHARE = 0.02  # most of the time that reports may take: each one waits for the device and adds up energies
-IDLE_SLICE = 0.02  # s of sleep between looks at the signal: a handler must not touch a lock that the sleeper may hold
 SWITCH_INTERVAL = 5e-4  # s; Python's 5 ms, with the viewer's thread beside the run, makes a frame of 2 ms take 21
 
 
@@ -25,32 +26,29 @@ class NoSuchDevice(Exception):
     """This machine does not have the device that was asked for."""
 
 
+class MisfitChange(Exception):
+    """A change of another run does not fit this scene; the text says which and why."""
+
+
 @dataclass(frozen=True)
-class Report:
-    """How far a run is. `frame_time` is computing time per frame [s], lately (at the end: of the whole run)."""
+class Picture:
+    """A picture to take of the last frame: where, and of how many pixels."""
 
-    index: int
-    frame_count: int
-    time: float
-    frame_time: float
-    speed: float  # simulated time over computing time
-    statistics: dict[str, dict[str, float]]
+    path: Path
+    size: tuple[int, int] = (1280, 720)
 
 
-class Audience(Protocol):
-    """Who hears how a run is going: a terminal, a pipe, a test."""
+@dataclass(frozen=True)
+class Showing:
+    """How a run is shown, be it computed or read."""
 
-    def note(self, text: str) -> None:
-        """Take one line that matters."""
-
-    def showing(self, viewer) -> None:
-        """Take the viewer that has just begun to serve (its `url`)."""
-
-    def report(self, report: Report) -> None:
-        """Take a report, a few times a second."""
-
-    def end(self, report: Report | None = None) -> None:
-        """Take the last report; nothing more happens, except perhaps on the screen."""
+    viewer: bool = False
+    port: int | None = None
+    stay: bool = False  # keep the last frame on show until a signal
+    frame_count: int | None = None  # None: all there are
+    film: Path | None = None  # an HTML recording of what is shown
+    picture: Picture | None = None
+    changed: Callable[[], bool] = never  # asked between frames; true ends the run with "changed"
 
 
 @dataclass(frozen=True)
@@ -59,14 +57,11 @@ class Settings:
 
     device: str = "auto"
     threads: int | None = None
-    frame_count: int | None = None  # None: the scene's duration
-    viewer: bool = False
-    port: int | None = None
-    stay: bool = False  # keep the last frame on show until a signal
+    showing: Showing = Showing()
     record: Path | None = None
     record_text: Callable[[object, str, int | None], str] | None = None  # (scene, device, threads) -> text
     overwrite: bool = False
-    changed: Callable[[], bool] = lambda: False  # asked between frames; true ends the run with "changed"
+    changes: tuple[tuple[int, str, str], ...] = ()  # (frame, path, value as YAML) of a run to be repeated
 
 
 @dataclass(frozen=True)
@@ -83,156 +78,119 @@ class Outcome:
 def run_scene(scene, settings: Settings, audience: Audience, stop: Interruption) -> Outcome:
     """Run a scene to its end, to the first signal, or to a blow-up; in the last two the last good state is saved.
 
-    Raises what building raises (SceneError, MemoryLimitError), OccupiedFolder and OSError from the recorder, NoSuchDevice, and
-    KeyboardInterrupt at a signal before there is anything worth saving and at the second signal.
+    Raises what building raises (SceneError, MemoryLimitError), OccupiedFolder and OSError from the recorder, NoSuchDevice, MisfitChange,
+    NoPicture, and KeyboardInterrupt at a signal before there is anything worth saving and at the second signal.
     """
+    showing = settings.showing
+    check_outlets(showing)
+    check_changes(scene, settings.changes)
     with ExitStack() as stack:
         recorder = _recorder(settings, stack)
         if recorder:
             audience = Logged(audience, recorder)
-        viewer = _viewer(scene, settings, audience, stack)
-        device = _device(settings.device, audience)
+        viewer = open_viewer(scene, showing, audience, stack)
+        device = ready_device(settings.device, audience)
         from warpsim.simulation import UnstableError
 
         simulation = playback = None
+        filming = Filming(scene, showing.film, audience.note)
         try:
             simulation = _built(scene, device, settings.threads, audience, viewer)
+            simulation.changes = [Change(*change) for change in settings.changes]
             if recorder:
                 recorder.begin(settings.record_text(scene, device, simulation.threads))
-            frame_count = simulation.frame_count if settings.frame_count is None else settings.frame_count
-            playback = Playback(simulation, frame_count, audience, stop, viewer, recorder, settings.changed)
+            frame_count = simulation.frame_count if showing.frame_count is None else showing.frame_count
+            lines = (lambda: streamlines(simulation)) if viewer and scene.viewer.streamlines else None
+            playback = Playback(
+                simulation, frame_count, audience, stop, viewer, recorder, filming, showing.changed, stays=showing.stay, lines=lines
+            )
             stop.patient = True
-            return _played(playback, settings.stay)
+            return _played(playback, showing)
         except UnstableError as error:
             saved = save_state(error.last_good, scene.name, recorder and recorder.folder, audience.note) if error.last_good else None
             if recorder:
                 if not recorder.begun:
                     recorder.begin(settings.record_text(scene, device, settings.threads))
                 recorder.log(f"unstable: {error}")
-            return Outcome("unstable", playback and playback.final_report(), error=error, saved=saved)
+            report = playback and playback.final_report()
+            filming.close()
+            return Outcome("unstable", report, error=error, saved=saved)
         except KeyboardInterrupt:
             if simulation:
                 simulation.settle()
             raise
 
 
-def _played(playback: "Playback", stay: bool) -> Outcome:
+def _played(playback: Playback, showing: Showing) -> Outcome:
     """Play to the end and save what an early end leaves."""
-    simulation, kind = playback.simulation, playback.play()
+    simulation, kind = playback.story, playback.play()
     report, state_hash, saved = playback.final_report(), simulation.state_hash(), None
     if kind == "interrupted":
         folder = playback.recorder and playback.recorder.folder
         saved = save_state(simulation.frame(), simulation.scene.name, folder, playback.audience.note)
-    elif kind == "done" and stay:
-        playback.audience.note("done; Ctrl-C ends")
-        kind = "changed" if playback.stay() == "changed" else kind
+    kind = finish(playback, showing, kind)
     return Outcome(kind, report, state_hash, saved=saved)
 
 
-class Logged:
-    """An audience whose notes are written into the run folder as well."""
+def finish(playback: Playback, showing: Showing, kind: str) -> str:
+    """Write film and picture of what was played, and keep the last frame on show where that was asked for; return how it ended."""
+    playback.filming.close()
+    if kind == "done" and showing.picture:
+        playback.stop.patient = False  # there is nothing left to lose
+        take_picture(playback.story, playback.viewer, showing.picture, playback.audience.note)
+        playback.stop.patient = True
+    if kind == "done" and showing.stay:
+        playback.audience.note("done; Ctrl-C ends")
+        kind = "changed" if playback.stay() == "changed" else kind
+        playback.filming.close()
+    return kind
 
-    def __init__(self, audience: Audience, recorder):
-        self.showing, self.report, self.end = audience.showing, audience.report, audience.end
-        self._note, self._log = audience.note, recorder.log
 
-    def note(self, text: str) -> None:
-        """Tell the audience and the log; a log that cannot be written is no reason to lose what the note is about."""
-        self._note(text)
-        with suppress(OSError):
-            self._log(text)
+def take_picture(story, viewer, picture: Picture, note: Callable[[str], None]) -> None:
+    """Save the present frame as a headless browser draws it. Raises NoPicture, OSError."""
+    from warpsim.observers.snapshot import take_snapshot
+    from warpsim.observers.viewer import Viewer
+
+    with ExitStack() as stack:
+        viewer = viewer or stack.enter_context(Viewer(story.scene, port=0))
+        viewer.publish(story.frame(), full=True)
+        take_snapshot(viewer.url, picture.path, picture.size)
+    note(f"frame {story.index} is pictured in {picture.path}")
 
 
-class Playback:
-    """Takes a simulation through its frames and shows each one, frame k at k/fps where there is a viewer."""
+def check_outlets(showing: Showing) -> None:
+    """Raise NoPicture or OSError now rather than after a long run: where no browser is, or no folder for a file."""
+    if showing.picture:
+        from warpsim.observers.snapshot import required_browser
 
-    def __init__(self, simulation, frame_count: int, audience: Audience, stop: Interruption, viewer, recorder, changed: Callable[[], bool]):
-        self.simulation, self.frame_count, self.audience, self.stop = simulation, frame_count, audience, stop
-        self.viewer, self.recorder, self.changed = viewer, recorder, changed
-        self._waited = 0.0
-        self._started = time.perf_counter()
-        self._lap = (simulation.index, 0.0)
-        self._report_due = self._started + REPORT_PERIOD
-        self._overflowing: set[str] = set()
+        required_browser()
+    for path in filter(None, (showing.film, showing.picture and showing.picture.path)):
+        if path.is_dir() or not path.absolute().parent.is_dir():
+            number = errno.EISDIR if path.is_dir() else errno.ENOENT
+            raise OSError(number, os.strerror(number), str(path))
 
-    def play(self) -> str:
-        """Run from the present frame to the last; return "done", "interrupted" or "changed"."""
-        period = 1.0 / self.simulation.scene.time.fps
-        self._record()
-        self._publish()
-        clock = time.perf_counter()
-        while self.simulation.index < self.frame_count:
-            if self.stop.requested or self.changed():
-                return "interrupted" if self.stop.requested else "changed"
-            self.simulation.step_frame()
-            self._record()
-            if self.simulation.index == 1:  # kernels may have been compiled meanwhile; nobody wants to catch up with that
-                clock = time.perf_counter() - period
-            if self.viewer:
-                self._wait_until(clock + self.simulation.index * period)
-                self._publish()
-            if time.perf_counter() >= self._report_due:
-                self.report()
-        return "done"
 
-    def stay(self) -> str:
-        """Keep the last frame on show until a signal or a change; return "interrupted" or "changed"."""
-        while not self.stop.requested:
-            if self.changed():
-                return "changed"
-            self._publish()  # to pages that fell behind or come late
-            time.sleep(IDLE_SLICE)
-        return "interrupted"
+def check_changes(scene, changes: tuple[tuple[int, str, str], ...]) -> None:
+    """Raise MisfitChange for the first change whose path leads nowhere in the scene, or to what cannot change while it runs."""
+    from warpsim.scene import SceneError
 
-    def report(self) -> None:
-        """Tell how far the run is, with the speed since the last report."""
-        began = time.perf_counter()
-        (first, busy_before), self._lap = self._lap, (self.simulation.index, self._busy())
-        self.audience.report(self._report(self._lap[1] - busy_before, self.simulation.index - first))
-        ended = time.perf_counter()
-        self._report_due = ended + max(REPORT_PERIOD, (ended - began) / REPORT_SHARE)
-
-    def final_report(self) -> Report:
-        """Tell and return how far the run came, with the speed of the whole of it."""
-        report = self._report(self._busy(), self.simulation.index)
-        self.audience.end(report)
-        return report
-
-    def _busy(self) -> float:
-        return time.perf_counter() - self._started - self._waited
-
-    def _report(self, busy: float, frame_count: int) -> Report:
-        """Return how far the run is; note once per system when its births begin to be refused."""
-        simulation = self.simulation
-        statistics = simulation.statistics()
-        for name in [name for name, numbers in statistics.items() if numbers["refused"] and name not in self._overflowing]:
-            self._overflowing.add(name)
-            self.audience.note(f"{name} is full at frame {simulation.index}: births are refused (raise systems.{name}.capacity)")
-        frame_time = busy / max(1, frame_count)
-        speed = 1.0 / (simulation.scene.time.fps * max(frame_time, 1e-9))
-        return Report(simulation.index, self.frame_count, simulation.time, frame_time, speed, statistics)
-
-    def _record(self) -> None:
-        if self.recorder:
-            self.recorder.record(self.simulation.frame(), self.simulation.statistics(), self.simulation.state_hash())
-
-    def _publish(self) -> None:
-        if self.viewer and self.viewer.wants_frame():
-            self.viewer.publish(self.simulation.frame())
-
-    def _wait_until(self, moment: float) -> None:
-        began = time.perf_counter()
-        while (left := moment - time.perf_counter()) > 0 and not self.stop.requested:
-            time.sleep(min(left, IDLE_SLICE))
-        self._waited += time.perf_counter() - began
+    known = set()
+    for index, path, value in changes:
+        if path in known:  # a dragged slider leaves thousands of lines; trying each would take minutes
+            continue
+        known.add(path)
+        try:
+            changed_scene(scene, path, value)
+        except (SceneError, FixedField) as error:
+            reason = error.problems[0].message if isinstance(error, SceneError) else error
+            raise MisfitChange(f"the change of frame {index}, {path} = {value}, does not fit this scene: {reason}") from None
 
 
 def save_state(frame, scene_name: str, folder: Path | None, note: Callable[[str], None]) -> Path | None:
     """Save a state where the user will find it: the run folder, else the current folder, else the temporary one; None if all refuse."""
     from warpsim.observers.recorder import save_frame
 
-    stem = re.sub(r"[^\w.-]+", "-", scene_name).strip("-.") or "scene"
-    name = f"{stem}.lastgood.npz"
+    name = f"{file_stem(scene_name)}.lastgood.npz"
     for path in [*([folder / "lastgood.npz"] if folder else []), Path.cwd() / name, Path(tempfile.gettempdir()) / name]:
         try:
             save_frame(path, frame)
@@ -242,7 +200,7 @@ def save_state(frame, scene_name: str, folder: Path | None, note: Callable[[str]
     return None
 
 
-def _device(name: str, audience: Audience) -> str:
+def ready_device(name: str, audience: Audience) -> str:
     """Make Warp ready and return its name for the device. Raises NoSuchDevice."""
     from warpsim.kernel_cache import prepare_kernel_cache
 
@@ -255,9 +213,16 @@ def _device(name: str, audience: Audience) -> str:
         raise NoSuchDevice(str(error)) from None
 
 
-def _built(scene, device: str, threads: int | None, audience: Audience, viewer):
-    """Build the simulation and show its first frame, with a word where kernels compile and a second try where the cache is damaged."""
+def built(build: Callable[[], object], audience: Audience):
+    """Return what `build` returns, with a word where kernels compile and a second try where the cache is damaged."""
     from warpsim.kernel_cache import announced_compiling, rebuilding
+
+    with announced_compiling(audience.note):
+        return rebuilding(build, audience.note)
+
+
+def _built(scene, device: str, threads: int | None, audience: Audience, viewer):
+    """Build the simulation and show its first frame."""
     from warpsim.simulation import Simulation
 
     def build():
@@ -266,8 +231,7 @@ def _built(scene, device: str, threads: int | None, audience: Audience, viewer):
             viewer.publish(simulation.frame())  # whether or not somebody looks: packing has kernels of its own to compile
         return simulation
 
-    with announced_compiling(audience.note):
-        return rebuilding(build, audience.note)
+    return built(build, audience)
 
 
 def _recorder(settings: Settings, stack: ExitStack):
@@ -280,14 +244,15 @@ def _recorder(settings: Settings, stack: ExitStack):
     return recorder
 
 
-def _viewer(scene, settings: Settings, audience: Audience, stack: ExitStack):
-    if not settings.viewer:
+def open_viewer(scene, showing: Showing, audience: Audience, stack: ExitStack):
+    """Return a viewer that serves until the stack is unwound; None where none is wanted."""
+    if not showing.viewer:
         return None
     from warpsim.observers.viewer import Viewer
 
     stack.callback(sys.setswitchinterval, sys.getswitchinterval())
     sys.setswitchinterval(SWITCH_INTERVAL)
-    viewer = Viewer(scene, port=settings.port)
+    viewer = Viewer(scene, port=showing.port)
     stack.callback(viewer.close)
     audience.showing(viewer)
     return viewer

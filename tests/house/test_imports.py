@@ -9,6 +9,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 ARRAYS = "launch population environment integrators systems"  # the rooms that own device arrays
+PLAYING = "playback reporting filming streamlines"  # what a run and a recorded run are shown with
 SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (the version) is open to all
     "kernels": "",
     "scene": "",
@@ -27,8 +28,14 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "probes": "kernels launch environment",
     "simulation": f"kernels scene frame memory probes changes {ARRAYS}",
     "observers": "frame files",
-    "runner": "scene simulation frame observers files kernel_cache interruption",
-    "cli": "scene simulation frame observers files kernel_cache interruption runner launch memory",
+    "reporting": "",
+    "filming": "observers",
+    "streamlines": "",
+    "announcing": "observers reporting",
+    "playback": "scene changes interruption reporting announcing",
+    "runner": f"scene simulation changes frame observers files kernel_cache interruption {PLAYING}",
+    "screening": f"replay runner interruption {PLAYING}",
+    "cli": "scene simulation frame observers files kernel_cache interruption runner screening replay reporting launch memory",
     "__main__": "cli",
     "__init__": "scene simulation frame",
 }

@@ -25,7 +25,7 @@ def _application():
     """Return the typer application. Its help is plain text: rendering it with rich costs more than all the rest of `--help`."""
     import typer
 
-    from warpsim.cli import doctor, info, list, new, run, schema, validate
+    from warpsim.cli import doctor, info, list, new, run, schema, validate, view
 
     app = typer.Typer(
         add_completion=False, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False, context_settings=_HELP_OPTIONS
@@ -36,6 +36,7 @@ def _application():
         """Procedural animation as text: particles in exact flow fields, on a GPU or on all CPU cores."""
 
     app.command("run")(run.run)
+    app.command("view")(view.view)
     app.command("list")(list.list_scenes)
     app.command("info")(info.info)
     app.command("new")(new.new)

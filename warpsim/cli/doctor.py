@@ -98,10 +98,13 @@ def check_viewer() -> Iterator[Finding]:
         except OSError as error:
             yield Finding("port", WARN, f"127.0.0.1:{DEFAULT_PORT}: {error.strerror}", "the viewer takes the next free one and prints it")
     from warpsim.cli.browser import missing_browser
+    from warpsim.observers.snapshot import find_browser
 
-    trouble = missing_browser()
-    remedy = "runs go on without; open the printed address by hand, or from another machine through an ssh tunnel"
-    yield Finding("browser", WARN if trouble else OK, trouble or "found", remedy if trouble else "")
+    trouble, painter = missing_browser(), find_browser()
+    remedies = ["runs go on without; open the printed address by hand, or from another machine through an ssh tunnel"] if trouble else []
+    remedies += [] if painter else ["install Chromium, Chrome or Edge, if you want --snapshot"]
+    finding = f"{trouble or 'found'}; " + (f"pictures (--snapshot) by {painter}" if painter else "none that takes pictures (--snapshot)")
+    yield Finding("browser", WARN if remedies else OK, finding, "; ".join(remedies))
 
 
 def check_disk() -> Iterator[Finding]:

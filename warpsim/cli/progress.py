@@ -4,7 +4,7 @@ import sys
 import time
 
 from warpsim.cli.browser import opened_in_browser
-from warpsim.runner import Report
+from warpsim.reporting import Report
 
 LINE_PERIOD = 2.0  # s between plain lines
 BROWSER_PATIENCE = 10.0  # s a browser may take to load the page before the run goes on without it
@@ -86,3 +86,8 @@ class ProgressBar(PlainLines):
             self._progress.remove_task(self._task)
             self._task = None
         super().end(report)
+
+
+def audience_on(stream, open_browser: bool) -> PlainLines:
+    """Return who tells a run on a stream: a bar on a terminal, plain lines elsewhere."""
+    return (ProgressBar if stream.isatty() else PlainLines)(stream, open_browser)

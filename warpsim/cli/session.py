@@ -1,14 +1,16 @@
-"""One `run` from the first word to the exit code: signals, edits while it runs, the last words."""
+"""One `run` or `view` from the first word to the exit code: signals, edits while it runs, the last words."""
 
 import sys
 import time
+from pathlib import Path
 
 from warpsim.cli.outcome import Exit, Failure, print_json
 from warpsim.cli.progress import PlainLines
 from warpsim.cli.scenes import WATCH_PERIOD, SceneFile
 from warpsim.interruption import Interruption
-from warpsim.observers.recorder import OccupiedFolder
-from warpsim.runner import NoSuchDevice, Outcome, Settings, run_scene
+from warpsim.observers.recorder import CHANGES, OccupiedFolder
+from warpsim.observers.snapshot import NoPicture
+from warpsim.runner import MisfitChange, NoSuchDevice, Outcome, Settings, Showing, run_scene
 from warpsim.scene import SceneError
 
 EXITS = {"done": Exit.OK, "interrupted": Exit.INTERRUPTED, "unstable": Exit.UNSTABLE}
@@ -30,12 +32,31 @@ def run_session(source: SceneFile, settings: Settings, audience: PlainLines, wat
     return EXITS[outcome.kind] if outcome else Exit.BAD_SCENE
 
 
+def show_session(folder: Path, showing: Showing, audience: PlainLines) -> Exit:
+    """Show a recorded run and return the exit code."""
+    from warpsim.replay import NoRun
+    from warpsim.screening import show_run
+
+    with Interruption() as stop:
+        try:
+            kind, report = show_run(folder, showing, audience, stop)
+        except (NoRun, NoPicture) as error:
+            raise Failure(Exit.INPUT_OUTPUT, str(error)) from None
+        finally:
+            audience.end()
+    if kind == "interrupted":
+        print(f"interrupted after frame {report.index}", file=sys.stderr)
+    return EXITS[kind]
+
+
 def _run_once(scene, settings: Settings, audience: PlainLines, stop: Interruption) -> Outcome:
     stop.patient = False
     try:
         outcome = run_scene(scene, settings, audience, stop)
-    except OccupiedFolder as error:
+    except (OccupiedFolder, NoPicture) as error:
         raise Failure(Exit.INPUT_OUTPUT, str(error)) from None
+    except MisfitChange as error:
+        raise Failure(Exit.BAD_SCENE, str(error)) from None
     except NoSuchDevice as error:
         raise Failure(Exit.USAGE, str(error)) from None
     finally:
@@ -65,6 +86,9 @@ def _tell(outcome: Outcome, settings: Settings, audience: PlainLines) -> None:
             audience.note(f"{name}: {numbers['refused']} births were refused for lack of room (systems.{name}.capacity)")
     if report and settings.record:
         audience.note(f"recorded frames 0 to {report.index} in {settings.record}")
+        changes = settings.record / CHANGES
+        if changes.exists():
+            audience.note(f"what was changed is in {changes}; again: warpsim run {settings.record / 'scene.yaml'} --changes {changes}")
     if outcome.error:
         print(f"error: {outcome.error}", file=sys.stderr)
     if outcome.kind == "interrupted":

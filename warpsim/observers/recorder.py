@@ -4,6 +4,7 @@ scene.yaml         the resolved scene, under a header of comments that tells wha
 frames/NNNNNN.npz  per system NAME.position, NAME.velocity, … of the living particles, and index, time [s]
 frames.jsonl       one line per whole frame: its file, the file's SHA-256, live counts, state hash, and the chain of state hashes so far
 stats.csv          time [s] and per system live, born, refused, killed (counts), kinetic_energy [J]
+changes.jsonl      one line per number that was changed while it ran: before the step from frame index, path became value
 lastgood.npz       the last good state of a run that was interrupted or blew up
 log.txt            what the run said, with the date
 """
@@ -19,12 +20,17 @@ from pathlib import Path
 from warpsim.files import LineFile, sweep, whole_file, write_text
 
 HEADER = "# A warpsim run."  # first line of scene.yaml: by it a folder is known as a run folder
+CHANGES = "changes.jsonl"
 FIELDS = ("position", "velocity", "id", "age", "lifetime", "mass", "radius")
 STATISTICS = ("live", "born", "refused", "killed", "kinetic_energy")
 
 
 class OccupiedFolder(Exception):
     """The folder holds something that a new run must not harm; the text says what, and what to do."""
+
+
+class DamagedChanges(Exception):
+    """A file of changes holds a line that is none; the text says which."""
 
 
 class NonFiniteFrame(ArithmeticError):
@@ -37,7 +43,7 @@ class Recorder:
     def __init__(self, folder: Path, overwrite: bool = False):
         self.folder = folder
         prepare_folder(folder, overwrite)
-        self._index = self._table = self._log = None
+        self._index = self._table = self._log = self._changes = None
         self._early: list[str] = []  # what is said before the files are open
         self._chain = ""
 
@@ -66,6 +72,13 @@ class Recorder:
         self._index.append(json.dumps(entry | {"state": state_hash, "chain": self._chain}))
         self._append_statistics(frame, statistics)
 
+    def record_change(self, index: int, path: str, value: str) -> None:
+        """Write one change of the scene, `value` as YAML, before the first frame that it shapes."""
+        if self._changes is None:
+            self._changes = LineFile(self.folder / CHANGES)
+        self._changes.append(json.dumps({"index": index, "path": path, "value": value}))
+        self.log(f"frame {index}: {path} = {value}")
+
     def log(self, text: str) -> None:
         """Append to log.txt, every line with the date and time of day (UTC)."""
         moment = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
@@ -74,7 +87,7 @@ class Recorder:
 
     def close(self) -> None:
         """Close the growing files; everything is on the disk already."""
-        for file in filter(None, (self._index, self._table, self._log)):
+        for file in filter(None, (self._index, self._table, self._log, self._changes)):
             file.close()
 
     def _append_statistics(self, frame, statistics) -> None:
@@ -82,6 +95,23 @@ class Recorder:
             self._table.append(_row(["index", "time", *(f"{name}.{key}" for name in statistics for key in STATISTICS)]))
         numbers = [repr(numbers[key]) for numbers in statistics.values() for key in STATISTICS]
         self._table.append(_row([frame.index, repr(frame.time), *numbers]))
+
+
+def read_changes(path: Path) -> list[tuple[int, str, str]]:
+    """Return the changes of a run as (frame, path, value as YAML), in order. Raises OSError, DamagedChanges."""
+    changes: list[tuple[int, str, str]] = []
+    for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").split("\n")[:-1], 1):  # a torn last line never counted
+        try:
+            entry = json.loads(line)
+            index, name, value = entry["index"], entry["path"], entry["value"]
+            good = type(index) is int and isinstance(name, str) and isinstance(value, str | int | float) and not isinstance(value, bool)
+        except (ValueError, TypeError, KeyError, RecursionError):
+            good = False
+        if not good or index < (changes[-1][0] if changes else 0):
+            words = 'expected {"index": frame, "path": …, "value": …}, with frames from 0 on that never go back'
+            raise DamagedChanges(f"{path}:{number}: {words}")
+        changes.append((index, name, value if isinstance(value, str) else json.dumps(value)))
+    return changes
 
 
 def save_frame(path: Path, frame) -> str:
@@ -120,7 +150,7 @@ def prepare_folder(folder: Path, overwrite: bool) -> None:
         raise OccupiedFolder(f"{folder} is not empty and holds no run of warpsim: choose another folder")
     if not overwrite:
         raise OccupiedFolder(f"{folder} already holds a run: choose another folder, or say --overwrite to replace it")
-    for name in ("frames.jsonl", "stats.csv", "lastgood.npz", "log.txt"):
+    for name in ("frames.jsonl", "stats.csv", CHANGES, "lastgood.npz", "log.txt"):
         (folder / name).unlink(missing_ok=True)
     frames = folder / "frames"
     for path in frames.glob("*.npz") if frames.is_dir() else ():

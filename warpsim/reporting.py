@@ -1,0 +1,110 @@
+"""How a run is told: who hears of it, what a report says, and the watch that knows computing from waiting."""
+
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Protocol
+
+REPORT_PERIOD = 0.25  # s between reports
+REPORT_SHARE = 0.02  # most of the time that reports may take: each one waits for the device and adds up energies
+
+
+@dataclass(frozen=True)
+class Report:
+    """How far a run is. `frame_time` is computing time per frame [s], lately (at the end: of the whole run)."""
+
+    index: int
+    frame_count: int
+    time: float
+    frame_time: float
+    speed: float  # simulated time over computing time
+    statistics: dict[str, dict[str, float]]
+
+
+class Audience(Protocol):
+    """Who hears how a run is going: a terminal, a pipe, a test."""
+
+    def note(self, text: str) -> None:
+        """Take one line that matters."""
+
+    def showing(self, viewer) -> None:
+        """Take the viewer that has just begun to serve (its `url`)."""
+
+    def report(self, report: Report) -> None:
+        """Take a report, a few times a second."""
+
+    def end(self, report: Report | None = None) -> None:
+        """Take the last report; nothing more happens, except perhaps on the screen."""
+
+
+class Logged:
+    """An audience whose notes are written into the run folder as well."""
+
+    def __init__(self, audience: Audience, recorder):
+        self.showing, self.report, self.end = audience.showing, audience.report, audience.end
+        self._note, self._log = audience.note, recorder.log
+
+    def note(self, text: str) -> None:
+        """Tell the audience and the log; a log that cannot be written is no reason to lose what the note is about."""
+        self._note(text)
+        with suppress(OSError):
+            self._log(text)
+
+
+class Watch:
+    """Counts frames as they are made and the time that went into them, waiting left out."""
+
+    def __init__(self):
+        self.made = 0
+        self._began = time.perf_counter()
+        self.waited = 0.0
+
+    @property
+    def busy(self) -> float:
+        """Seconds since the beginning that were not waited away."""
+        return time.perf_counter() - self._began - self.waited
+
+    def wait(self, seconds: float) -> None:
+        """Sleep."""
+        began = time.perf_counter()
+        time.sleep(seconds)
+        self.waited += time.perf_counter() - began
+
+
+class Reporter:
+    """Reports to an audience how a story goes on, and notes once per system when its births begin to be refused."""
+
+    def __init__(self, story, frame_count: int, audience: Audience, watch: Watch):
+        self._story, self._frame_count, self._audience, self._watch = story, frame_count, audience, watch
+        self._lap = (0, 0.0)
+        self._due = time.perf_counter() + REPORT_PERIOD
+        self._overflowing: set[str] = set()
+
+    def report_if_due(self) -> None:
+        """Tell how far the run is, a few times a second, with the speed since the last report."""
+        began = time.perf_counter()
+        if began < self._due:
+            return
+        (made, busy), self._lap = self._lap, (self._watch.made, self._watch.busy)
+        self._audience.report(self._report(self._lap[1] - busy, self._lap[0] - made))
+        ended = time.perf_counter()
+        self._due = ended + max(REPORT_PERIOD, (ended - began) / REPORT_SHARE)
+
+    def final_report(self) -> Report:
+        """Tell and return how far the run came, with the speed of the whole of it."""
+        report = self._report(self._watch.busy, self._watch.made)
+        self._audience.end(report)
+        return report
+
+    def _report(self, busy: float, made: int) -> Report:
+        story, statistics = self._story, self._story.statistics()
+        for name in [name for name, numbers in statistics.items() if numbers["refused"] and name not in self._overflowing]:
+            self._overflowing.add(name)
+            self._note_overflow(self._audience.note, name)
+        frame_time = busy / max(1, made)
+        speed = 1.0 / (story.scene.time.fps * max(frame_time, 1e-9))
+        return Report(story.index, self._frame_count, story.time, frame_time, speed, statistics)
+
+    def _note_overflow(self, note: Callable[[str], None], name: str) -> None:
+        note(f"{name} is full at frame {self._story.index}: births are refused (raise systems.{name}.capacity)")
