@@ -107,7 +107,7 @@ class Playback:
             if self.changed():
                 return "changed"
             self._obey()
-            if to_the_end and self._goal is None and self.story.index >= self.frame_count:
+            if to_the_end and self._over():
                 return "done"
             if self._goal is not None:
                 self._go_on_to_goal()
@@ -117,6 +117,10 @@ class Playback:
                 self._rest(alone=to_the_end and not self._stays)
             self._tell()
         return "interrupted"
+
+    def _over(self) -> bool:
+        """Whether the last frame was shown; a piped run whose page stopped there waits for the page to go on, or to go."""
+        return self.story.index >= self.frame_count and self._goal is None and (self.playing or self._stays)
 
     # ---- what one turn does
 
