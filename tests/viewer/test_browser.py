@@ -1,6 +1,5 @@
 """The page in a real headless Chromium: what was published is what it holds, draws and asks more of."""
 
-import io
 import threading
 import time
 from types import SimpleNamespace
@@ -12,6 +11,7 @@ from PIL import Image
 
 from tests.browser import Browser, find_chromium, screenshot
 from tests.viewer.fake_run import DUST, FakeFrame, FakeSystem, dust, fake_scene
+from tests.viewer.page import picture, read_positions
 from tests.viewer.watcher import eventually
 from warpsim.observers.viewer import Viewer
 
@@ -31,22 +31,6 @@ def show(viewer: Viewer, page, frame) -> None:
     assert eventually(viewer.wants_frame)
     viewer.publish(frame)
     page.wait_for(f"stream.number === {viewer._hub.number} && stream.unanswered === null")
-
-
-def read_positions(page) -> np.ndarray:
-    """Return the places [m] that the first cloud's buffers hold, as the shader works them out, (n, 3)."""
-    script = """(() => {
-        const cloud = stream.clouds[0], a = cloud.points.geometry.attributes.position, u = cloud.points.material.uniforms;
-        return {raw: Array.from(a.array.slice(0, 4 * cloud.count)), extent: u.extent.value.toArray(), origin: u.origin.value.toArray()};
-    })()"""
-    held = page.run(script)
-    raw = np.array(held["raw"], float).reshape(-1, 4)[:, :3]
-    return raw / 65535 * held["extent"] + held["origin"]
-
-
-def picture(page) -> np.ndarray:
-    """Return what the page shows, (height, width, 3) in 0..255."""
-    return np.asarray(Image.open(io.BytesIO(page.picture())).convert("RGB")).astype(int)
 
 
 def test_the_page_holds_what_was_published_and_asks_for_more(browser):
