@@ -10,15 +10,14 @@ MEGABYTE = 1e6
 class Filming:
     """Takes the frames that are shown into an HTML recording while one is under way; one at a time.
 
-    path: a recording that begins with the first frame; None: none before `toggle`. Packing the frames costs time, so a run without a
-    recording pays nothing.
+    path: a recording that begins with the first frame; None: none before `toggle`. lines: returns streamlines to be drawn into a
+    recording, float32 (n, k, 3) [m]. Raises OSError where the recording cannot be begun.
     """
 
-    def __init__(self, scene, path: Path | None, note: Callable[[str], None]):
-        self._scene, self._note = scene, note
-        self._film = self._path = None
+    def __init__(self, scene, path: Path | None, note: Callable[[str], None], lines: Callable[[], object] | None = None):
+        self._scene, self._note, self._lines = scene, note, lines
+        self._film = None
         self._asked_for = path is not None
-        self._count = 0
         if path:
             self._begin(path)
 
@@ -28,21 +27,21 @@ class Filming:
         return self._film is not None
 
     def add(self, frame) -> None:
-        """Take a frame that is shown now."""
+        """Take a frame that is shown now; packing it costs time."""
         if self._film:
             self._film.add(frame)
-            self._count += 1
 
     def toggle(self, frame) -> None:
-        """Begin a recording with the present frame, in the current folder, or end the one under way."""
-        if self._film is None:
-            self._asked_for = False
-            self._begin(_free_path(self._scene.name))
-            self.add(frame)
-            return
+        """End the recording under way, or begin one in the current folder, with `frame` if it stands still. A wish never ends a run."""
         try:
-            self._finish()
-        except OSError as error:  # a wish from a page must not end the run
+            if self._film:
+                self._finish()
+            else:
+                self._asked_for = False
+                self._begin(_free_path(self._scene.name))
+                if frame is not None:
+                    self.add(frame)
+        except OSError as error:
             self._note(f"the recording is lost: {error.filename}: {error.strerror}")
 
     def close(self) -> None:
@@ -52,15 +51,24 @@ class Filming:
         elif self._film:
             self.toggle(None)
 
+    def abandon(self) -> None:
+        """Leave nothing of a recording that is still under way."""
+        if self._film:
+            self._film.abandon()
+            self._film = None
+
     def _begin(self, path: Path) -> None:
         from warpsim.observers.html import HtmlRecording
 
-        self._film, self._path, self._count = HtmlRecording(path, self._scene, self._scene.time.fps), path, 0
+        self._film = HtmlRecording(path, self._scene, self._scene.time.fps)
+        if self._lines:
+            self._film.show_lines(self._lines())
 
     def _finish(self) -> None:
         film, self._film = self._film, None
         film.close()
-        self._note(f"recorded {self._count} frames in {self._path}, {self._path.stat().st_size / MEGABYTE:.1f} MB; open it in a browser")
+        size = film.path.stat().st_size / MEGABYTE
+        self._note(f"{film.count} frames are in {film.path}, {size:.1f} MB: open it in a browser")
 
 
 def file_stem(scene_name: str) -> str:

@@ -231,7 +231,7 @@ class Playback:
                     self.speed = speed
                     self._anchor = (self.story.index, time.perf_counter())
                 case ("record", _) if self.filming:
-                    self.filming.toggle(self.story.frame())
+                    self.filming.toggle(None if self.playing else self.story.frame())
         for path, value in changes.items():
             self._change(path, value)
 

@@ -93,14 +93,15 @@ def run_scene(scene, settings: Settings, audience: Audience, stop: Interruption)
         from warpsim.simulation import UnstableError
 
         simulation = playback = None
-        filming = Filming(scene, showing.film, audience.note)
         try:
             simulation = _built(scene, device, settings.threads, audience, viewer)
             simulation.changes = [Change(*change) for change in settings.changes]
             if recorder:
                 recorder.begin(settings.record_text(scene, device, simulation.threads))
             frame_count = simulation.frame_count if showing.frame_count is None else showing.frame_count
-            lines = (lambda: streamlines(simulation)) if viewer and scene.viewer.streamlines else None
+            lines = (lambda: streamlines(simulation)) if scene.viewer.streamlines else None
+            filming = Filming(scene, showing.film, audience.note, lines)
+            stack.callback(filming.abandon)
             playback = Playback(
                 simulation, frame_count, audience, stop, viewer, recorder, filming, showing.changed, stays=showing.stay, lines=lines
             )
@@ -113,7 +114,8 @@ def run_scene(scene, settings: Settings, audience: Audience, stop: Interruption)
                     recorder.begin(settings.record_text(scene, device, settings.threads))
                 recorder.log(f"unstable: {error}")
             report = playback and playback.final_report()
-            filming.close()
+            if playback:
+                playback.filming.close()
             return Outcome("unstable", report, error=error, saved=saved)
         except KeyboardInterrupt:
             if simulation:

@@ -60,6 +60,7 @@ def show_run(folder: Path, showing: Showing, audience: Audience, stop: Interrupt
         built(lambda: story.frame() if viewer is None else viewer.publish(story.frame()), audience)
         frame_count = recording.frame_count if showing.frame_count is None else min(showing.frame_count, recording.frame_count)
         filming = Filming(story.scene, showing.film, audience.note)
+        stack.callback(filming.abandon)
         playback = Playback(story, frame_count, audience, stop, viewer, None, filming, showing.changed, instant=True, stays=showing.stay)
         stop.patient = True
         kind = playback.play()
