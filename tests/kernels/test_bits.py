@@ -1,0 +1,161 @@
+"""Bits: native loops and plain kernels, any number of parts, any run and any watching give the same state, to the last bit."""
+
+import numpy as np
+import pytest
+
+from tests.physics.scenes import scene
+from warpsim import Simulation
+from warpsim.kernels.birth import SHAPES
+from warpsim.kernels.emission import COUNT_LAWS, VALUE_LAWS
+from warpsim.kernels.flow import CORES, FLOWS
+from warpsim.kernels.forces import ATTRACTOR_LAWS
+from warpsim.kernels.integration import METHODS
+
+SINE = {"sine": {"mean": 0.5, "amplitude": 0.3, "period": 0.2}}
+BODIES = {
+    "uniform": {"velocity": [SINE, 0.1, {"expression": "0.1*sin(20*t)"}]},
+    "source": {"center": [3, 0, 0], "rate": {"keyframes": [[0, -0.5], [0.2, 0.5]]}},
+    "point_source": {"center": [0, 3, 0], "rate": 2.0},
+    "vortex": {"center": [0, 0, 0.1], "axis": [1, 2, 3], "circulation": SINE},
+    "doublet": {"center": [0, 0, 3], "axis": [1, 0, 0], "direction": [0, 1, 0], "strength": 0.2},
+    "rotation": {"axis": [0, 1, 1], "angular_velocity": 0.5},
+}
+FLOW = [{"type": kind} | BODIES[kind] for kind in FLOWS]
+FLOW += [{"type": "vortex"} | BODIES["vortex"] | {"core": {"model": core, "radius": 0.3}} for core in CORES if core != "ideal"]
+FORCES = [{"type": "attractor", "center": [k, 1, 0], "strength": 0.001, "law": law} for k, law in enumerate(ATTRACTOR_LAWS)]
+EXTENTS = {
+    "segment": {"start": [0, 0, 0], "end": [1, 1, 0]},
+    "disc": {"radius": 0.5},
+    "sphere": {"radius": 0.5},
+    "box": {"size": [1, 2, 0.5]},
+}
+FILLS = [(shape, fill) for shape in SHAPES for fill in (("volume", "surface") if shape in ("disc", "sphere", "box") else (None,))]
+CASES = [*METHODS, "ballistic"]
+FRAMES = 12
+
+
+def values(mean: float, law: str) -> dict:
+    return {"mean": mean, "spread": 0.3 * mean, "law": law}
+
+
+def emitters(live: int) -> list[dict]:
+    """A burst of so many, of which a third dies within the run, and a rate that replaces them; all shapes, fills and laws."""
+    born = {"velocity": {"cone": 90, "speed": values(1.0, "normal")}, "lifetime": values(0.2, "uniform")}
+    first = {**born, "burst": {"count": live}, "shape": {"type": "box", "size": [1, 1, 1]}, "mass": 1e-3}
+    rest = []
+    for number, (shape, fill) in enumerate(FILLS):
+        place = {"type": shape, **EXTENTS.get(shape, {}), **({"fill": fill} if fill else {})}
+        law, value = list(COUNT_LAWS)[number % len(COUNT_LAWS)], list(VALUE_LAWS)[number % len(VALUE_LAWS)]
+        rate = {"mean": 0.5 * live + 50.0, "spread": 0.2 * live, "law": law}
+        rest.append({**born, "shape": place, "rate": rate, "lifetime": values(0.1, value), "mass": values(1e-3, "uniform"), "radius": 1e-3})
+    return [first, *rest]
+
+
+def crowd(name: str, live: int, **keys):
+    system = {"coupling": {"alpha": 1e-3}, "solver": name}
+    if name.startswith("tracer_"):
+        system = {"coupling": "tracer", "solver": name.removeprefix("tracer_")}
+    if name == "ballistic":
+        system = {"motion": "ballistic", "feels": {"forces": False}}
+    document = {"flow": FLOW, "forces": FORCES, "gravity": (0.0, -9.81, 0.0), "capacity": live + live // 8 + 30, "substeps": 2} | keys
+    return scene(*emitters(live), **document, **system)
+
+
+def hash_of(document, threads=1, native=True, watch=None) -> str:
+    sim = Simulation(document, device="cpu", threads=threads, native=native)
+    for index in range(FRAMES):
+        sim.step_frame()
+        if watch:
+            watch(sim, index)
+    p = sim.statistics()["p"]
+    assert p["born"] > p["live"], "there were births and deaths"
+    return sim.state_hash()
+
+
+@pytest.fixture
+def always_parallel(monkeypatch):
+    """Use all parts however few the particles: a part may then be empty."""
+    monkeypatch.setattr("warpsim.launch.PARALLEL_FROM", 0)
+
+
+def test_the_crowd_has_every_kind():
+    assert set(BODIES) == set(FLOWS)
+    used = emitters(100)
+    assert {e["shape"]["type"] for e in used} == set(SHAPES) and {e["rate"]["law"] for e in used if "rate" in e} == set(COUNT_LAWS)
+    assert {e["lifetime"]["law"] for e in used} == set(VALUE_LAWS)
+
+
+@pytest.mark.parametrize("live", [1, 63, 64, 65, 15_001])
+@pytest.mark.parametrize("name", CASES)
+def test_parts_and_plain_kernels_share_their_bits(name, live, always_parallel):
+    document = crowd(name, live)
+    expected = hash_of(document)
+    assert hash_of(document, native=False) == expected, "plain kernels"
+    for threads in (2, 3, 5, 16):
+        assert hash_of(document, threads) == expected, threads
+
+
+@pytest.mark.parametrize("native", [True, False])
+def test_many_particles_share_their_bits(native):
+    """Above the number from which several cores work, by the program's own choice."""
+    document = crowd("semi_implicit_euler", 40_003)
+    assert len({hash_of(document, threads, native) for threads in (1, 1, 2, 3, 5, 16)} | {hash_of(document)}) == 1
+
+
+@pytest.mark.parametrize("policy", ["reset", "kill"])
+@pytest.mark.parametrize("name", ["semi_implicit_euler", "tracer_rk4", "ballistic"])
+def test_unstable_particles_share_their_bits(name, policy, always_parallel):
+    """A small world that many leave."""
+    wind = {"type": "uniform", "velocity": [3.0, 0.0, 0.0]}
+    extent = 0.95 if name == "ballistic" else 1.02  # no wind drives arcs out
+    document = crowd(name, 301, limits={"extent": extent, "unstable": policy}, flow=[*FLOW, wind])
+    ways = ((True, 1), (False, 1), (True, 3), (False, 3))
+    assert len({hash_of(document, threads, native) for native, threads in ways}) == 1
+    sim = Simulation(document, device="cpu", threads=1)
+    counts = [sim.frame()["p"].count]
+    counts += [frame["p"].count for frame in sim.frames(FRAMES)]
+    assert sim.statistics()["p"]["killed"] > 0 if policy == "kill" else 0 in counts, "it did happen"
+    assert max(counts) > 10
+
+
+def test_watching_does_not_change_the_bits():
+    document = crowd("semi_implicit_euler", 301)
+    kept = []
+    watchers = {
+        "never": None,
+        "frames": lambda sim, index: kept.append(sim.frame()),
+        "arrays": lambda sim, index: sim.frame()["p"].position,
+        "packed": lambda sim, index: sim.frame()["p"].packed(50),
+        "sometimes": lambda sim, index: sim.frame() if index % 5 == 3 else None,
+        "hashes": lambda sim, index: sim.state_hash(),
+        "statistics": lambda sim, index: sim.statistics(),
+        "probes": lambda sim, index: sim.flow.circulation([0, 0, 0], [0, 1, 0], 1.0),
+    }
+    assert len({hash_of(document, watch=watch) for watch in watchers.values()}) == 1
+    assert [frame.index for frame in kept] == list(range(1, FRAMES + 1))
+
+
+def test_two_simulations_side_by_side_do_not_meet():
+    document = crowd("verlet", 301)
+    expected = hash_of(document)
+    one, two = (Simulation(document, device="cpu", threads=2) for _ in range(2))
+    for _ in range(FRAMES):
+        one.step_frame()
+        two.step_frame()
+    assert one.state_hash() == two.state_hash() == expected
+
+
+def test_the_hash_sees_every_word():
+    sim = Simulation(crowd("verlet", 65), device="cpu", threads=1)
+    sim.run(0.1)
+    before = sim.state_hash()
+    slab = sim.systems["p"].population.slab.numpy()
+    for row in range(len(slab)):
+        slab[row, 3] ^= np.uint32(1)
+        assert sim.state_hash() != before, row
+        slab[row, 3] ^= np.uint32(1)
+    assert sim.state_hash() == before
+
+
+def test_another_seed_is_another_run():
+    assert hash_of(crowd("verlet", 65)) != hash_of(crowd("verlet", 65, seed=2))
