@@ -70,7 +70,8 @@ class Playback:
         self.viewer, self.recorder, self.filming, self.changed = viewer, recorder, filming, changed
         self._instant, self._stays = instant, stays
         self.playing, self.speed = True, 1.0
-        self._goal: int | None = None
+        self._goal: int | None = None  # the frame that was asked for
+        self._values: dict[str, float] = {}  # numbers that were asked for, by path
         self._watch = Watch()
         self._reporter = Reporter(story, frame_count, audience, self._watch)
         self._anchor = (story.index, time.perf_counter())  # a frame and the moment at which it is shown
@@ -153,6 +154,7 @@ class Playback:
             self._step()
         if story.index == goal:
             self._goal = None
+            self._make_changes()
             self._anchor = (goal, time.perf_counter())
             self._show()
 
@@ -210,12 +212,11 @@ class Playback:
         """Do what the pages have asked for."""
         if not self.viewer:
             return
-        changes = {}  # of one number the last only: a change costs about a frame
         for command in self.viewer.commands():
             self._note = ""
             match (command.kind, command.value):
                 case ("set", (path, value)):
-                    changes[path] = value
+                    self._values[path] = value
                 case ("play", _) if not self.playing:
                     self._resume()
                 case ("pause", _):
@@ -232,8 +233,7 @@ class Playback:
                     self._anchor = (self.story.index, time.perf_counter())
                 case ("record", _) if self.filming:
                     self.filming.toggle(None if self.playing else self.story.frame())
-        for path, value in changes.items():
-            self._change(path, value)
+        self._make_changes()
 
     def _resume(self) -> None:
         self.playing = True
@@ -243,11 +243,20 @@ class Playback:
 
     def _ask_for(self, index: int) -> None:
         """Take a frame as the goal. While a run is recorded its story is one, and told forward."""
+        self._make_changes()  # what was asked for before belongs to the present frame
         goal = min(index, self.frame_count)
         if self.recorder and goal < self.story.index:
             self._refuse("a run that is being recorded goes back only after its end")
         else:
             self._goal = goal if goal != self.story.index else None
+
+    def _make_changes(self) -> None:
+        """Change what was asked for, once the story stands where that was meant; of one number the last only: each costs about a frame."""
+        if self._goal is not None:
+            return
+        for path, value in self._values.items():
+            self._change(path, value)
+        self._values.clear()
 
     def _change(self, path: str, value: float) -> None:
         try:

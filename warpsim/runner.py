@@ -17,7 +17,6 @@ from warpsim.filming import Filming, file_stem
 from warpsim.interruption import Interruption
 from warpsim.playback import Playback, never
 from warpsim.reporting import Audience, Logged, Report
-from warpsim.streamlines import streamlines
 
 SWITCH_INTERVAL = 5e-4  # s; Python's 5 ms, with the viewer's thread beside the run, makes a frame of 2 ms take 21
 
@@ -91,6 +90,7 @@ def run_scene(scene, settings: Settings, audience: Audience, stop: Interruption)
         viewer = open_viewer(scene, showing, audience, stack)
         device = ready_device(settings.device, audience)
         from warpsim.simulation import UnstableError
+        from warpsim.streamlines import streamlines
 
         simulation = playback = None
         try:
