@@ -16,6 +16,7 @@ from warpsim.scene import SceneError
 IDLE_SLICE = 0.02  # s of sleep between looks at the signal: a handler must not touch a lock that the sleeper may hold
 SEEK_SLICE = 0.05  # s of a long way to another frame between looks at wishes and signals
 LAG = 0.25  # s behind its clock after which a run stops hurrying: a laptop that slept must not race through the night
+CHANGE_PERIOD = 0.05  # s between changes of numbers while it plays
 ABSENCE = 5.0  # s without a page after which a piped run that was paused goes on
 
 
@@ -78,7 +79,7 @@ class Playback:
         self._kept_changes = 0
         self._note = ""
         self._refusals: set[str] = set()
-        self._watched_at = 0.0
+        self._watched_at = self._changed_at = 0.0
         self._announcer = Announcer(viewer, story, self._watch, lines) if viewer else None
 
     # ---- the two ways to be played
@@ -154,7 +155,7 @@ class Playback:
             self._step()
         if story.index == goal:
             self._goal = None
-            self._make_changes()
+            self._make_changes(at_once=True)
             self._anchor = (goal, time.perf_counter())
             self._show()
 
@@ -233,7 +234,7 @@ class Playback:
                     self._anchor = (self.story.index, time.perf_counter())
                 case ("record", _) if self.filming:
                     self.filming.toggle(None if self.playing else self.story.frame())
-        self._make_changes()
+        self._make_changes(at_once=not self.playing)
 
     def _resume(self) -> None:
         self.playing = True
@@ -243,17 +244,19 @@ class Playback:
 
     def _ask_for(self, index: int) -> None:
         """Take a frame as the goal. While a run is recorded its story is one, and told forward."""
-        self._make_changes()  # what was asked for before belongs to the present frame
+        self._make_changes(at_once=True)  # what was asked for before belongs to the present frame
         goal = min(index, self.frame_count)
         if self.recorder and goal < self.story.index:
             self._refuse("a run that is being recorded goes back only after its end")
         else:
             self._goal = goal if goal != self.story.index else None
 
-    def _make_changes(self) -> None:
-        """Change what was asked for, once the story stands where that was meant; of one number the last only: each costs about a frame."""
-        if self._goal is not None:
+    def _make_changes(self, at_once: bool) -> None:
+        """Change what was asked for, once the story stands where that was meant. A dragged slider would cost a frame at every frame."""
+        now = time.perf_counter()
+        if self._goal is not None or not self._values or not at_once and now - self._changed_at < CHANGE_PERIOD:
             return
+        self._changed_at = now
         for path, value in self._values.items():
             self._change(path, value)
         self._values.clear()

@@ -57,7 +57,7 @@ def test_the_button_of_the_page_records(folder):
         await person.ask("record")  # a second one, still under way at the end
         await person.until(lambda p: p.status["recording"])
         await person.ask("speed", value=8)
-        await person.until(lambda p: p.status["index"] > 300)
+        await person.until(lambda p: p.status["index"] > 200)
 
     with Process("run", "sliding.yaml", "--port", "0", cwd=folder) as run:
         by_hand(run.url, script)
