@@ -14,6 +14,7 @@ UNIFORM, SCALED_UNIFORM, NORMAL, POISSON = range(4)
 COUNT_LAWS = {"uniform": UNIFORM, "scaled_uniform": SCALED_UNIFORM, "normal": NORMAL, "poisson": POISSON}
 VALUE_LAWS = {"uniform": UNIFORM, "normal": NORMAL}
 LIVE, ACTIVE, BORN, REFUSED, KILLED, NEXT_ID, FAULT, COUNTER_COUNT = range(8)  # a population's counters, int64, on the device
+MOST_BIRTHS = wp.constant(wp.float64(1.0e12))  # in one interval: what can be counted, far beyond what can be born
 
 
 @wp.struct
@@ -137,7 +138,7 @@ def draw_count(births: Births, e: int, begin: wp.float64, end: wp.float64, progr
     middle = wp.float64(0.5) * (begin + end)
     mean = wp.max(sample_signal(births.signals, emitter.mean, middle), wp.float64(0.0))
     if emitter.count_law == POISSON:
-        return draw_poisson(emitter.key, interval, mean * (end - begin))
+        return draw_poisson(emitter.key, interval, wp.min(mean * (end - begin), MOST_BIRTHS))
     words = random_words(emitter.key, interval, INTERVAL)
     z = wp.float64(2.0) * uniform64(words[0], words[1]) - wp.float64(1.0)
     if emitter.count_law == SCALED_UNIFORM:
@@ -145,7 +146,7 @@ def draw_count(births: Births, e: int, begin: wp.float64, end: wp.float64, progr
     elif emitter.count_law == NORMAL:
         z = wp.float64(normal(words[0], words[1]))
     spread = sample_signal(births.signals, emitter.spread, middle)
-    due = progress_inout[e].carry + wp.max(mean + z * spread, wp.float64(0.0)) * (end - begin)
+    due = progress_inout[e].carry + wp.min(wp.max(mean + z * spread, wp.float64(0.0)) * (end - begin), MOST_BIRTHS)
     count = wp.floor(due + wp.float64(1.0e-9))  # so that 60 intervals of 1/60 s at 1/s make one birth, not none
     progress_inout[e].carry = due - count
     return wp.int64(count)

@@ -1,11 +1,13 @@
 """Memory of a scene: estimated before anything is allocated, because the system grants what it does not have and kills later."""
 
+import math
 import os
 
 from warpsim.scene import Scene, SceneError
 
 BYTES_PER_PARTICLE = 60  # fields (52), flag of the living, and the place in a snapshot's index; a test holds it to the population's own
 BYTES_PER_PRIMITIVE = 96  # one row of a table of flow or forces
+BYTES_PER_SEGMENT = 40  # a run of births within a frame
 GIB = 1 << 30
 
 
@@ -20,8 +22,14 @@ def estimate_memory(scene: Scene) -> int:
         substep_count = system.substeps or scene.time.substeps
         more = (24 if system.motion == "ballistic" else 0) + (12 * system.look.trail.points if system.look.trail else 0)
         total += 2 * system.capacity * (BYTES_PER_PARTICLE + more)
+        total += sum(BYTES_PER_SEGMENT * pieces(emitter, scene.time.fps) for emitter in system.emitters)
         total += (2 * substep_count + 1) * (len(scene.flow) + len(scene.forces)) * BYTES_PER_PRIMITIVE
     return total
+
+
+def pieces(emitter, fps: float) -> int:
+    """Return the most runs of births that an emitter's rate has in one frame: one per interval that touches it."""
+    return 0 if emitter.rate is None else math.ceil(1.0 / (fps * (emitter.rate.interval or 1.0 / fps))) + 2
 
 
 def free_memory() -> int:

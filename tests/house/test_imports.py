@@ -20,7 +20,7 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "population": "kernels launch",
     "environment": "kernels scene launch population",
     "integrators": "kernels launch population environment",
-    "systems": "kernels scene launch population environment integrators frame",
+    "systems": "kernels scene launch population environment integrators frame memory",
     "frame": "kernels launch population",
     "memory": "scene",
     "changes": "scene",

@@ -82,6 +82,16 @@ def test_a_stream_has_no_gaps_in_space():
     assert observed.min() > 45 and observed.max() < 55  # strata of 1/500 frame: at most one more or less at each end of a bin, doubled
 
 
+def test_a_rate_without_bound_is_refused_not_forgotten():
+    """Infinite before t = 0.5, then finite: counted as refused meanwhile, and births go on afterwards."""
+    pole = {"mean": {"expression": "100/floor(2*t)"}}
+    sim = simulate(emitter(rate=pole, lifetime=0.2), capacity=100)
+    sim.run(0.3)
+    assert sim.statistics()["p"]["live"] == 100 and sim.statistics()["p"]["refused"] > 1e9
+    sim.run(1.1)
+    assert 9 <= sim.statistics()["p"]["live"] <= 11
+
+
 # ---- exact moments
 
 

@@ -26,5 +26,11 @@ def test_a_scene_beyond_the_machine_is_refused(monkeypatch):
         Simulation(scene(), device="cpu")
 
 
+def test_intervals_far_shorter_than_a_frame_are_counted():
+    tiny = scene(emitter={"rate": {"mean": 1.0, "interval": 1e-5}}, time={"fps": 1e-6})
+    with pytest.raises(memory.MemoryLimitError):
+        Simulation(tiny, device="cpu")
+
+
 def test_the_machine_says_how_much_is_free():
     assert 1 << 24 < memory.free_memory() <= 1 << 62

@@ -114,7 +114,7 @@ class Rate(ShortSpec):
         description="Law of z: uniform in [-1, 1] (the spread is the largest deviation); scaled_uniform and normal (the spread is the "
         "standard deviation); poisson ignores the spread.",
     )
-    interval: Annotated[Number, Field(gt=0.0, le=1e6)] | None = Field(
+    interval: Annotated[Number, Field(ge=1e-5, le=1e6)] | None = Field(
         None, description="Time for which one z holds; default one frame [s]."
     )
 

@@ -9,6 +9,7 @@ import warp as wp
 from warpsim.environment import SignalTable, unit
 from warpsim.kernels import birth, emission
 from warpsim.launch import Stage
+from warpsim.memory import pieces
 from warpsim.population import Population
 from warpsim.scene.emitters import Distribution, Emitter, EmitterShape, Velocity
 
@@ -88,10 +89,9 @@ class Emission:
     """The births of one system: tables that stay, progress that moves on."""
 
     def __init__(self, name: str, spec, scene, population: Population, clock: wp.array):
-        device, frame_time, self.population, self.name = population.device, 1.0 / scene.time.fps, population, name
+        device, self.population, self.name = population.device, population, name
         rows, table = self._rows(spec, scene)
         bursts = burst_rows(spec.emitters, -scene.time.prewarm)
-        pieces = sum(math.ceil(frame_time / row.interval) + 2 for row in rows if row.mean >= 0)
         self.births, self.plan = emission.Births(), emission.Plan()
         self.births.emitters = wp.array(rows, dtype=emission.Emitter, device=device)
         self.births.bursts = wp.array(bursts, dtype=emission.Burst, device=device)
@@ -100,7 +100,8 @@ class Emission:
         start = np.zeros(len(rows), dtype=emission.Progress.numpy_dtype())
         start["count"] = -1  # not drawn yet
         self.plan.progress = wp.array(start, dtype=emission.Progress, device=device)
-        self.plan.segments = wp.zeros(pieces + len(bursts), dtype=emission.Segment, device=device)
+        most = sum(pieces(emitter, scene.time.fps) for emitter in spec.emitters) + len(bursts)
+        self.plan.segments = wp.zeros(most, dtype=emission.Segment, device=device)
         self.plan.segment_count = wp.zeros(1, dtype=int, device=device)
 
     def _rows(self, spec, scene) -> tuple[list[emission.Emitter], SignalTable]:
