@@ -91,6 +91,7 @@ class Person:
         self.status: dict = {}
         self.frame = None
         self.controls: list[dict] = []
+        self.lines: dict | None = None
 
     @property
     def x(self) -> float:
@@ -121,6 +122,8 @@ class Person:
             self.status = said
         elif said["type"] == "warpsim_controls":
             self.controls = said["controls"]
+        elif said["type"] == "warpsim_lines" and said["key"] == "streamlines":
+            self.lines = said
 
     async def stands_at(self, index: int) -> None:
         """Wait until the run says that it stands at a frame, and shows it."""

@@ -4,6 +4,7 @@ import json
 import signal
 import time
 
+import numpy as np
 import pytest
 
 from tests.cli.controlled import SLIDING, Process, by_hand
@@ -124,6 +125,30 @@ def test_a_recorded_run_with_changes_is_run_again_to_the_same_state(folder):
     assert json.loads(again.stdout)["state_hash"] == entries[-1]["state"]
     for name in ("frames.jsonl", "changes.jsonl", "stats.csv"):
         assert (folder / "again" / name).read_bytes() == (folder / "r" / name).read_bytes(), name
+
+
+def test_streamlines_follow_the_slider(folder):
+    text = SLIDING.replace("type: uniform, velocity: [0, 0, 0]", "type: uniform, velocity: [0, 1, 0]")
+    (folder / "sliding.yaml").write_text(text + "viewer: {streamlines: 9}\n")
+
+    def ends(person):
+        places = np.frombuffer(person.lines["places"], np.float32).reshape(9, person.lines["points"], 3)
+        return places[:, -1] - places[:, 0]
+
+    async def script(person):
+        await person.until(lambda p: p.lines is not None)
+        up = ends(person)
+        assert np.allclose(up[:, [0, 2]], 0, atol=1e-4) and (up[:, 1] > 1).all()
+        person.lines = None
+        await person.ask("set", control=0, value=4.0)
+        await person.until(lambda p: p.lines is not None)
+        aside = ends(person)
+        assert np.allclose(aside[:, 0] / aside[:, 1], 4.0, rtol=1e-3)
+        await person.ask("speed", value=8)
+
+    with Process("run", "sliding.yaml", "--port", "0", cwd=folder) as run:
+        by_hand(run.url, script)
+        assert run.end() == 0
 
 
 @pytest.mark.parametrize(

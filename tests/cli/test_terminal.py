@@ -107,6 +107,40 @@ def test_with_the_viewer_it_stays_until_ctrl_c(terminal, tmp_path):
     assert here.end() == 0 and not (tmp_path / "Sparks.lastgood.npz").exists(), "the run was done: there is nothing to save"
 
 
+def test_at_the_end_the_page_may_still_go_back(terminal, tmp_path):
+    from tests.cli.controlled import by_hand
+
+    async def script(person):
+        await person.stands_at(30)
+        await person.ask("reset")
+        await person.stands_at(0)
+        await person.ask("seek", value=12)
+        await person.stands_at(12)
+        await person.ask("play")
+        await person.until(lambda p: p.status["playing"])
+        await person.stands_at(30)
+
+    here = terminal("run", "short.yaml", "--port", "0", "--out", "r")
+    here.read_until(r"done; Ctrl-C ends")
+    by_hand(re.search(r"look at (http://\S+?/)", here.text).group(1), script)
+    here.press_ctrl_c()
+    assert here.end() == 0
+    assert len((tmp_path / "r" / "frames.jsonl").read_text().splitlines()) == 31, "what was recorded was recorded"
+
+
+def test_a_view_stays_until_ctrl_c(terminal, tmp_path):
+    recorded = subprocess.run(
+        command("run", "short.yaml", "--viewer", "none", "--out", "r"), cwd=tmp_path, env=environment(), capture_output=True
+    )
+    assert recorded.returncode == 0
+    here = terminal("view", "r", "--port", "0")
+    here.read_until(r"done; Ctrl-C ends")
+    time.sleep(0.3)
+    assert here.process.poll() is None
+    here.press_ctrl_c()
+    assert here.end() == 0
+
+
 def test_second_ctrl_c_does_not_wait_and_the_third_kills(terminal):
     here = terminal("run", "long.yaml", "--viewer", "none")
     here.read_until(r"frame \d+/4320000")

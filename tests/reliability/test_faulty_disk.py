@@ -91,6 +91,16 @@ def test_a_full_disk(folder, small_disk, size):
         assert len((disk / "r" / "frames.jsonl").read_text().splitlines()) > 3
 
 
+@pytest.mark.parametrize("verb", [("run", "sparks.yaml"), ("view", "r")])
+def test_a_full_disk_under_a_recording(folder, small_disk, verb):
+    assert record("r", frames=30) == 0
+    disk = small_disk(160)
+    result = warpsim(*verb, "--viewer", "none", "--record", disk / "x.html", cwd=folder)
+    assert result.returncode == 5 and "No space left on device" in result.stderr and "x.html" in result.stderr
+    assert len(result.stderr.splitlines()) == 1 and "frame 30/30" in result.stdout, "the run itself went on to its end"
+    assert not any(disk.iterdir())
+
+
 def test_a_read_only_disk(folder, small_disk):
     disk = small_disk(64, "ro")
     result = warpsim("run", "sparks.yaml", "--viewer", "none", "--out", disk / "r", cwd=folder)
