@@ -8,7 +8,7 @@ import typer
 SCHEMA_NAME = "scene.schema.json"
 STARTER = """\
 # yaml-language-server: $schema=scene.schema.json
-# A scene of warpsim. Lengths are in metres, times in seconds, masses in kilograms; y is up.
+# A scene of warpsim. Lengths are in meters, times in seconds, masses in kilograms; y is up.
 # Run it:    python -m warpsim run THIS_FILE --watch       (save the file: the run starts again with what you changed)
 # Ask:       python -m warpsim info systems.sparks.emitters.0.rate     (unit, default and range of any field)
 name: {name}
@@ -25,12 +25,12 @@ systems:
   sparks:
     type: particles
     capacity: 20000                       # births beyond it are refused, and reported
-    coupling: {{alpha: 0.004}}              # drag towards the flow, kg/s; or the word: tracer
+    coupling: {{alpha: 0.001}}              # drag towards the flow, kg/s; or the word: tracer
     emitters:
       - shape: {{type: disc, center: [0, 0, 0], normal: [0, 1, 0], radius: 0.2}}
         rate: {{mean: 3000, spread: 500}}   # particles per second
         velocity: {{direction: [0, 1, 0], cone: 15, speed: {{mean: 5.0, spread: 0.5}}}}  # half-angle in degrees, m/s
-        lifetime: {{mean: 2.0, spread: 0.5}}
+        lifetime: {{mean: 0.9, spread: 0.3}}
         mass: 1.0e-3
     look:
       as: sprites                         # or points
@@ -38,7 +38,8 @@ systems:
       size: 0.03                          # m; or over_life, like the color
       color: {{over_life: [[0, "#fff2a0"], [0.5, "#ff7a18"], [1, "#ff300000"]]}}
 
-camera: {{eye: [3, 2, 4], target: [0, 0.8, 0], field_of_view: 45}}
+controls: [gravity.1, flow.swirl.circulation, systems.sparks.emitters.0.rate]   # sliders in the viewer
+camera: {{eye: [2, 1.4, 3], target: [0.1, 0.6, 0], field_of_view: 45}}
 """
 
 
