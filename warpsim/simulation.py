@@ -26,7 +26,7 @@ LOOK_EVERY = 16  # frames between looks at the fault flags on a GPU, where looki
 
 
 class UnstableError(Exception):
-    """A system left the finite world or the scene's extent. `last_good_frame()` of the simulation is the frame before."""
+    """A system left the finite world or the scene's extent; `last_good` is the frame before, where the simulation stands now."""
 
     def __init__(self, system: str, ids: list[int], index: int, time: float, suggestion: str):
         self.system, self.ids, self.index, self.time, self.suggestion = system, ids, index, time, suggestion
@@ -129,6 +129,7 @@ class Simulation:
         """Advance one frame. Raises UnstableError; the simulation then stands at the last good frame."""
         self._keep_frame()
         if self.index - self._good["index"] >= (SNAPSHOT_EVERY if self.device == "cpu" else 16 * SNAPSHOT_EVERY):
+            self._answer_faults()  # a GPU's flags may not have been looked at yet
             self._good = self._state()
         self._advance()
         if self.device == "cpu" or self.index % LOOK_EVERY == 0:
@@ -158,7 +159,10 @@ class Simulation:
         return frame
 
     def frames(self, count: int) -> Iterator[Frame]:
-        """Advance `count` frames and yield each."""
+        """Advance `count` frames and yield each.
+
+        A frame that is still held is fetched whole when the next one begins; where few are looked at, step_frame() is faster.
+        """
         for _ in range(count):
             self.step_frame()
             yield self.frame()
@@ -253,7 +257,3 @@ class Simulation:
         substep_count = system.pace.substep_count
         suggestion = f"try substeps: {2 * substep_count} for this system, or weaker forces"
         return UnstableError(name, [int(i) for i in ids], self.index, self.time, suggestion)
-
-    def last_good_frame(self) -> Frame:
-        """Return the frame before the one that UnstableError speaks of."""
-        return self.frame()
