@@ -46,6 +46,11 @@ def never() -> bool:
     return False
 
 
+def reason_of(error: SceneError | FixedField) -> str:
+    """Return in one line why a change does not fit."""
+    return error.problems[0].message if isinstance(error, SceneError) else str(error)
+
+
 class Playback:
     """Plays `story` up to frame `frame_count` and shows each frame, frame k at k/fps where there is a viewer.
 
@@ -264,10 +269,8 @@ class Playback:
     def _change(self, path: str, value: float) -> None:
         try:
             self.story.change(path, int(value) if value == int(value) else value)
-        except SceneError as error:
-            self._refuse(f"{path} is refused: {error.problems[0].message}")
-        except FixedField as error:
-            self._refuse(f"{path} is refused: {error}")
+        except (SceneError, FixedField) as error:
+            self._refuse(f"{path} is refused: {reason_of(error)}")
 
     def _refuse(self, text: str) -> None:
         """Tell the pages, and once the audience."""

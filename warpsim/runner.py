@@ -15,8 +15,9 @@ from pathlib import Path
 from warpsim.changes import Change, FixedField, changed_scene
 from warpsim.filming import Filming, file_stem
 from warpsim.interruption import Interruption
-from warpsim.playback import Playback, never
+from warpsim.playback import Playback, never, reason_of
 from warpsim.reporting import Audience, Logged, Report
+from warpsim.scene import SceneError
 
 SWITCH_INTERVAL = 5e-4  # s; Python's 5 ms, with the viewer's thread beside the run, makes a frame of 2 ms take 21
 
@@ -125,7 +126,11 @@ def run_scene(scene, settings: Settings, audience: Audience, stop: Interruption)
 
 def _played(playback: Playback, showing: Showing) -> Outcome:
     """Play to the end and save what an early end leaves."""
-    simulation, kind = playback.story, playback.play()
+    simulation = playback.story
+    try:
+        kind = playback.play()
+    except (SceneError, FixedField) as error:  # of --changes: those of a page are refused and the run goes on
+        raise MisfitChange(f"the change after frame {simulation.index} does not fit this scene: {reason_of(error)}") from None
     report, state_hash, saved = playback.final_report(), simulation.state_hash(), None
     if kind == "interrupted":
         folder = playback.recorder and playback.recorder.folder
@@ -174,8 +179,6 @@ def check_outlets(showing: Showing) -> None:
 
 def check_changes(scene, changes: tuple[tuple[int, str, str], ...]) -> None:
     """Raise MisfitChange for the first change whose path leads nowhere in the scene, or to what cannot change while it runs."""
-    from warpsim.scene import SceneError
-
     known = set()
     for index, path, value in changes:
         if path in known:  # a dragged slider leaves thousands of lines; trying each would take minutes
@@ -184,8 +187,7 @@ def check_changes(scene, changes: tuple[tuple[int, str, str], ...]) -> None:
         try:
             changed_scene(scene, path, value)
         except (SceneError, FixedField) as error:
-            reason = error.problems[0].message if isinstance(error, SceneError) else error
-            raise MisfitChange(f"the change of frame {index}, {path} = {value}, does not fit this scene: {reason}") from None
+            raise MisfitChange(f"the change of frame {index}, {path} = {value}, does not fit this scene: {reason_of(error)}") from None
 
 
 def save_state(frame, scene_name: str, folder: Path | None, note: Callable[[str], None]) -> Path | None:

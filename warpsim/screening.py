@@ -1,13 +1,18 @@
 """Screening: shows a recorded run, with the playback of a running one, over frames that are read instead of computed."""
 
 from contextlib import ExitStack
+from functools import cached_property
 from pathlib import Path
 
+from warpsim.environment import Environment
 from warpsim.filming import Filming
 from warpsim.interruption import Interruption
 from warpsim.playback import Playback
+from warpsim.probes import FlowProbe
+from warpsim.replay import Recording
 from warpsim.reporting import Audience, Report
 from warpsim.runner import Showing, built, check_outlets, finish, open_viewer, ready_device
+from warpsim.streamlines import streamlines
 
 
 class RecordedStory:
@@ -24,6 +29,11 @@ class RecordedStory:
     def time(self) -> float:
         """Time of the present frame [s]."""
         return self.index / self.scene.time.fps
+
+    @cached_property
+    def flow(self):
+        """The flow of the scene as it was written, without what was changed while it ran."""
+        return FlowProbe(Environment(self.scene, self._recording.device), lambda: self.time)
 
     def step_frame(self) -> None:
         """Go to the next frame."""
@@ -52,16 +62,17 @@ def show_run(folder: Path, showing: Showing, audience: Audience, stop: Interrupt
     check_outlets(showing)
     with ExitStack() as stack:
         device = ready_device("cpu", audience)
-        from warpsim.replay import Recording
-
         recording = Recording(folder, device)
         story = RecordedStory(recording)
         viewer = open_viewer(story.scene, showing, audience, stack)
         built(lambda: story.frame() if viewer is None else viewer.publish(story.frame()), audience)
         frame_count = recording.frame_count if showing.frame_count is None else min(showing.frame_count, recording.frame_count)
-        filming = Filming(story.scene, showing.film, audience.note)
+        lines = (lambda: streamlines(story)) if story.scene.viewer.streamlines else None
+        filming = Filming(story.scene, showing.film, audience.note, lines)
         stack.callback(filming.abandon)
-        playback = Playback(story, frame_count, audience, stop, viewer, None, filming, showing.changed, instant=True, stays=showing.stay)
+        playback = Playback(
+            story, frame_count, audience, stop, viewer, None, filming, showing.changed, instant=True, stays=showing.stay, lines=lines
+        )
         stop.patient = True
         kind = playback.play()
         report = playback.final_report()

@@ -159,6 +159,8 @@ def test_streamlines_follow_the_slider(folder):
         ('{"index": 3, "path": "flow.wind.velosity.0", "value": "1"}\n', 3, "velosity"),
         ('{"index": 3, "path": "systems.dust.capacity", "value": "9"}\n', 3, "cannot change while the scene runs"),
         ('{"index": 3, "path": "flow.wind.velocity.0", "value": "1"}\n{"index": 4, "path": "flow.wi', 0, ""),
+        ('{"index": 3, "path": "flow.wind", "value": "[1"}\n', 3, "frame 3"),
+        ('{"index": 3, "path": "gravity.0", "value": "1"}\n{"index": 4, "path": "gravity.0", "value": "no"}\n', 3, "after frame 4"),
     ],
 )
 def test_files_of_changes_that_do_not_fit(folder, text, code, words):

@@ -31,6 +31,10 @@ def check_run_folder(folder: Path) -> int:
     rows = table.read_text() if table.exists() else ""
     assert rows.endswith("\n") or not rows
     assert len({row.count(",") for row in rows.splitlines()}) <= 1
+    changes = folder / "changes.jsonl"
+    if changes.exists():
+        assert changes.read_bytes()[-1:] in (b"", b"\n")
+        assert all({"index", "path", "value"} == json.loads(line).keys() for line in changes.read_text().splitlines())
     log = folder / "log.txt"
     assert not log.exists() or log.read_bytes()[-1:] in (b"", b"\n")
     return len(text.splitlines())

@@ -43,23 +43,24 @@ def small_disk(tmp_path):
         subprocess.run(["umount", "-l", str(place)], check=False)
 
 
-def record(out, frames=4) -> int:
+def record(out, *more, frames=4) -> int:
     """Run in this process, so that every single call to the disk can be made to fail."""
     from warpsim.cli import main
 
-    return main(["run", "sparks.yaml", "--viewer", "none", "--frames", str(frames), "--out", str(out)])
+    return main(["run", "sparks.yaml", "--viewer", "none", "--frames", str(frames), "--out", str(out), *more])
 
 
 @pytest.mark.parametrize("half", [False, True])
 def test_the_nth_write_flush_or_rename_fails_for_every_n(folder, monkeypatch, capsys, half):
+    (folder / "c.jsonl").write_text('{"index": 2, "path": "gravity.1", "value": "-1"}\n')
     system = FailingSystem(fails_at=10**9)
     monkeypatch.setattr(files, "os", system)
-    assert record("whole") == 0
+    assert record("whole", "--changes", "c.jsonl") == 0 and (folder / "whole" / "changes.jsonl").exists()
     calls = system.calls
     assert calls > 40
     for n in range(1, calls + 1):
         monkeypatch.setattr(files, "os", FailingSystem(n, half))
-        code = record(f"r{n}")
+        code = record(f"r{n}", "--changes", "c.jsonl")
         monkeypatch.setattr(files, "os", os)
         said = capsys.readouterr()
         assert code == 5, (n, said)
