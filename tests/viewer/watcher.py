@@ -119,3 +119,19 @@ def eventually(condition, timeout: float = PATIENCE) -> bool:
             return True
         time.sleep(0.005)
     return False
+
+
+def watch(url: str) -> None:
+    """Watch as a browser with a graphics card of its own does: draw 60 frames a second, for ever."""
+    with Watcher(url) as watcher:
+        while True:
+            number = watcher.read_frame().number
+            watcher.frames.clear()
+            time.sleep(1 / 60)
+            watcher.ack(number)
+
+
+if __name__ == "__main__":
+    import sys
+
+    watch(sys.argv[1])

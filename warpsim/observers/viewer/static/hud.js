@@ -7,7 +7,8 @@ class Hud {
     this.rows = new Map();
     this.arrivals = [];
     this.told = 0;
-    this.pace = "";     // of the run, as it says
+    this.pace = "";       // of the run, as it says
+    this.still = false;   // it stands still: nothing has a pace
   }
 
   set(scene) {
@@ -41,10 +42,12 @@ class Hud {
       const drawn = cloud.count < cloud.live ? ` (${cloud.count.toLocaleString("en")} drawn)` : "";
       this.row(`cloud ${slot}`, "").textContent = `${cloud.live.toLocaleString("en")} ${cloud.name}${drawn}`;
     });
-    this.row("rate", "faint").textContent = `${this.arrivals.length} frames/s${this.pace}`;
+    this.row("rate", "faint").textContent = this.still ? "" : `${this.arrivals.length} frames/s${this.pace}`;
   }
 
   status(status) {
+    this.still = !status.playing;
+    if (this.still) this.row("rate", "faint").textContent = "";
     const steps = status.steps_per_second, factor = status.real_time_factor, short = (x) => Number(x.toPrecision(2)).toLocaleString("en");
     this.pace = steps > 0 ? ` · ${short(steps)} steps/s` : "";
     if (factor > 0) this.pace += ` · ${short(factor)}× real time`;
