@@ -98,6 +98,10 @@ class Person:
         """Place of the particle that was born first [m]; 16 bits over the box of two particles make it good to a millimetre."""
         return float(np.sort(self.frame.blocks[0, 0][:, 0])[0])
 
+    def leave(self) -> None:
+        """Close the page."""
+        self._socket.close()
+
     async def ask(self, kind: str, **words) -> None:
         """Send a wish."""
         await self._socket.write_message(json.dumps({"type": kind, **words}))
@@ -131,14 +135,16 @@ class Person:
         await self.until(lambda p: p.frame is not None and abs(p.frame.time - index / 60) < 1e-9)
 
 
-def by_hand(url: str, script) -> None:
-    """Open a page at `url` and run the coroutine function `script(person)`."""
+def by_hand(url: str, script, pages: int = 1) -> None:
+    """Open pages at `url` and run the coroutine function `script` with a Person for each."""
 
     async def session():
-        socket = await websocket_connect(f"ws://{urlsplit(url).netloc}/stream", max_message_size=2**28)
-        person = Person(socket)
-        await person.ask("hello")
-        await script(person)
-        socket.close()
+        people = []
+        for _ in range(pages):
+            people.append(Person(await websocket_connect(f"ws://{urlsplit(url).netloc}/stream", max_message_size=2**28)))
+            await people[-1].ask("hello")
+        await script(*people)
+        for person in people:
+            person.leave()
 
     asyncio.run(session())

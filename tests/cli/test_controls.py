@@ -57,8 +57,9 @@ def test_pause_step_set_seek_and_reset(folder):
         assert run.end() == 0, "at the last frame a piped run ends"
 
 
-def test_speed_and_a_second_page(folder):
-    async def slow(person):
+def test_speed(folder):
+    async def script(person):
+        await person.until(lambda p: p.status)
         await person.ask("speed", value=0.05)
         await person.until(lambda p: p.status.get("speed") == 0.05)
         first, began = person.status["index"], time.monotonic()
@@ -70,12 +71,28 @@ def test_speed_and_a_second_page(folder):
         assert time.monotonic() - began < 2.5, "more than three seconds of the scene, eight times as fast"
 
     with Process("run", "sliding.yaml", "--port", "0", cwd=folder) as run:
+        by_hand(run.url, script)
+        assert run.end() == 0
 
-        async def two(person):
-            await person.until(lambda p: p.status)
-            await slow(person)
 
-        by_hand(run.url, two)
+def test_a_second_page_sees_the_same_and_has_the_same_say(folder):
+    async def script(first, second):
+        await first.until(lambda p: p.status.get("index", 0) > 5)
+        await first.ask("pause")
+        await first.ask("set", control=0, value=-4.0)
+        await first.ask("seek", value=200)
+        for person in (first, second):
+            await person.stands_at(200)
+            assert person.status["values"] == {"flow.wind.velocity.0": -4.0} and person.x < -10.0
+        assert first.x == second.x
+        await second.ask("step")
+        for person in (first, second):
+            await person.stands_at(201)
+        await second.ask("play")
+        await first.until(lambda p: p.status["playing"])
+
+    with Process("run", "sliding.yaml", "--port", "0", cwd=folder) as run:
+        by_hand(run.url, script, pages=2)
         assert run.end() == 0
 
 

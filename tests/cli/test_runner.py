@@ -1,11 +1,14 @@
 """The runner alone, with a simulation that only counts: the clock, the order, what is told."""
 
+import threading
 import time
 from types import SimpleNamespace
 
 import pytest
 
+from warpsim.changes import FixedField
 from warpsim.interruption import Interruption
+from warpsim.observers.viewer import Command
 from warpsim.playback import Playback
 from warpsim.runner import save_state
 
@@ -24,6 +27,9 @@ class Counting:
     def step_frame(self):
         time.sleep(self.cost)
         self.index += 1
+
+    def seek(self, index):
+        self.index = index
 
     def frame(self):
         return type("Frame", (dict,), {"index": self.index})()
@@ -130,3 +136,71 @@ def test_the_last_good_state_stays_in_the_folder_whatever_the_scene_is_called(tm
     monkeypatch.chdir(tmp_path)
     frame = type("Frame", (dict,), {"index": 1, "time": 0.5})()
     assert save_state(frame, name, None, pytest.fail) == tmp_path / f"{file}.lastgood.npz"
+
+
+class Led(Listener):
+    """A viewer whose pages ask for what a script says when a frame of the story is reached: frame -> commands."""
+
+    def __init__(self, story, wishes):
+        super().__init__()
+        self.story, self.wishes, self.client_count, self.told = story, dict(wishes), 1, []
+        self.tell = self.told.append
+
+    def commands(self):
+        due = [index for index in self.wishes if index <= self.story.index]
+        return [Command(*wish) for index in due for wish in self.wishes.pop(index)]
+
+
+def led(wishes, count=100, recorder=False, **more):
+    """Play a counting story with wishes; return the viewer and the playback after its end."""
+    story = Counting(fps=1000.0, **more)
+    viewer = Led(story, wishes)
+    playback = Playback(story, count, viewer, Interruption(), viewer, viewer if recorder else None)
+    return viewer, playback, playback.play()
+
+
+def test_the_newest_seek_wins_and_each_step_counts():
+    viewer, playback, kind = led({10: [("pause",), ("seek", 70), ("seek", 30), ("step",), ("step",)], 32: [("play",)]})
+    shown = [index for index, _ in viewer.shown]
+    assert kind == "done" and 32 in shown and not {20, 30, 31} & set(shown)
+
+
+def test_a_recorded_story_goes_forward_only_and_whole():
+    viewer, playback, kind = led({10: [("seek", 60)], 60: [("seek", 5), ("reset",)]}, recorder=True)
+    assert kind == "done" and [index for index, _ in viewer.recorded] == [*range(101)]
+    assert len([note for note in viewer.notes if "goes back only after its end" in note]) == 1
+    assert any("goes back only" in status.note for status in viewer.told)
+
+
+def test_a_long_way_is_gone_in_slices():
+    stop = Interruption()
+    stop.patient = True
+    story = Counting(fps=1000.0, cost=0.005)
+    viewer = Led(story, {3: [("seek", 10**6)]})
+    playback = Playback(story, 10**5, viewer, stop, viewer)
+    threading.Timer(0.5, lambda: stop._receive(2, None)).start()
+    began = time.perf_counter()
+    assert playback.play() == "interrupted" and time.perf_counter() - began < 1.0
+    assert any(status.note == "going to frame 100000" for status in viewer.told)
+
+
+def test_numbers_wait_for_the_frame_they_were_meant_for():
+    story = Counting(fps=1000.0)
+    made = []
+    story.change = lambda path, value: made.append((story.index, path, value))
+    viewer = Led(story, {10: [("set", ("a", 1.5)), ("seek", 50), ("set", ("a", 2.0)), ("set", ("b", 3.0)), ("set", ("a", 4.0))]})
+    assert Playback(story, 60, viewer, Interruption(), viewer).play() == "done"
+    assert made == [(10, "a", 1.5), (50, "a", 4), (50, "b", 3)]
+
+
+def test_a_refused_number_is_told_once():
+    story = Counting(fps=1000.0)
+
+    def change(path, value):
+        raise FixedField(f"{path} cannot change while the scene runs")
+
+    story.change = change
+    viewer = Led(story, {k: [("set", ("seed", 1.0))] for k in range(1, 90, 8)})
+    assert Playback(story, 100, viewer, Interruption(), viewer).play() == "done"
+    assert [note for note in viewer.notes if "seed" in note] == ["seed is refused: seed cannot change while the scene runs"]
+    assert any("seed is refused" in status.note for status in viewer.told)
