@@ -159,3 +159,9 @@ def test_closed_and_narrow_streams(tmp_path):
     (tmp_path / "fireworks.yaml").write_text(SPARKS.replace("name: Sparks", "name: 花火 …"))
     narrow = warpsim("info", "fireworks.yaml", cwd=tmp_path, PYTHONIOENCODING="latin-1")
     assert narrow.returncode == 0 and "??" in narrow.stdout, narrow.stderr
+
+
+def test_a_missing_package_is_named(tmp_path):
+    (tmp_path / "sitecustomize.py").write_text("import sys\nsys.modules['typer'] = None\n")
+    done = warpsim("list", PYTHONPATH=str(tmp_path))
+    assert done.returncode == 5 and "the package typer is missing" in done.stderr and len(done.stderr.splitlines()) == 1
