@@ -5,6 +5,7 @@ import http.client
 import socket
 import subprocess
 import sys
+import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from urllib.parse import urlsplit
@@ -218,6 +219,14 @@ def test_with_the_token_a_foreign_origin_is_refused_all_the_same(wide):
 def test_a_poor_token_is_refused(token):
     with pytest.raises(ValueError):
         Viewer(DUST, host="0.0.0.0", port=0, token=token)
+
+
+@pytest.mark.parametrize("host", ["::", "localhost", ""])
+def test_with_a_token_an_address_is_still_an_address(host):
+    before = threading.active_count()
+    with pytest.raises(ValueError):
+        Viewer(DUST, host=host, port=0, token=TOKEN)
+    assert threading.active_count() == before
 
 
 def test_fresh_tokens_are_good_and_differ():

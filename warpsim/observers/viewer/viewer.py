@@ -42,9 +42,9 @@ class Viewer:
         self._shown: tuple[int, float, bool] | None = None
         self._inbox, self._bulletin = Inbox(scene.sliders), Bulletin()
         token = checked_token(token)
-        self._hub = Hub(stage_commands(scene), self._inbox, host, DEFAULT_PORT if port is None else port, token)
         # 0.0.0.0 is every address of this machine; its name is the one that others know.
         name = socket.gethostname() if ipaddress.IPv4Address(host).is_unspecified else host
+        self._hub = Hub(stage_commands(scene), self._inbox, host, DEFAULT_PORT if port is None else port, token)
         self.url = f"http://{name}:{self._hub.port}/" + (f"?token={token}" if token else "")
 
     def wants_frame(self) -> bool:

@@ -113,8 +113,10 @@ class Player {
   }
 
   tell() {
-    const status = { playing: this.playing, speed: this.speed, index: this.due(), frame_count: this.texts.length - 1, values: {} };
-    this.controls.status({ ...status, steps_per_second: 0, real_time_factor: 0, recording: false, note: "" });
+    const place = { playing: this.playing, speed: this.speed, index: this.due(), frame_count: this.texts.length - 1 };
+    const status = { ...place, values: {}, steps_per_second: 0, real_time_factor: 0, recording: false, note: "" };
+    this.controls.status(status);
+    this.stream.hud.status(status);
   }
 }
 
