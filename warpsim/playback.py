@@ -194,13 +194,15 @@ class Playback:
 
     def _keep_changes(self) -> None:
         """Record the changes that act in the next step, of one number the last only, before any frame that they shape."""
-        due = self._kept_changes
-        while due < len(self.story.changes) and self.story.changes[due].index <= self.story.index:
-            due += 1
-        last = {change.path: change for change in self.story.changes[self._kept_changes : due]}
+        last = {}
+        for change in self.story.changes[self._kept_changes :]:
+            if change.index > self.story.index:
+                break
+            last.pop(change.path, None)  # in the order in which the last words came: one path may lie within another
+            last[change.path] = change
+            self._kept_changes += 1
         for change in last.values():
             self.recorder.record_change(change.index, change.path, change.value)
-        self._kept_changes = due
 
     def _show(self) -> None:
         """Show the present frame: it is a new one."""

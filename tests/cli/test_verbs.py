@@ -125,7 +125,7 @@ def test_version_and_help():
 
     assert warpsim("--version").stdout.strip() == f"warpsim {__version__}"
     help_text = warpsim("--help").stdout
-    assert all(f"\n  {verb} " in help_text for verb in "run list info new validate schema doctor".split())
+    assert all(f"\n  {verb} " in help_text for verb in "run view list info new validate schema doctor".split())
 
 
 @pytest.mark.parametrize(
