@@ -57,7 +57,7 @@ def exit_code_of(action: Callable[[], object]) -> int:
 
 def _exit_code_of_error(error: Exception) -> int:
     if isinstance(error, ModuleNotFoundError) and error.name and not error.name.startswith("warpsim"):
-        return _said(Exit.INPUT_OUTPUT, f"error: the package {error.name} is missing: install warpsim with what it needs (pip install warpsim)")
+        return _said(Exit.INPUT_OUTPUT, f"error: the package {error.name} is missing: install it with pip install warpsim")
     import typer
 
     if isinstance(error, typer.Abort):  # typer's word for Ctrl-C
