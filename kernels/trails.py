@@ -17,7 +17,8 @@ def advance_trails(
         frame = int(clock[0])
         length = trail_out.shape[0] // 3
         x = read3(particles.position, i)
-        newest = (frame // every) % length
+        cycle = every * length
+        newest = ((frame % cycle + cycle) % cycle) // every  # frames of a prewarm are negative
         for place in range(length):
             if place == newest or particles.birth_frame[i] == frame:
                 for axis in range(3):

@@ -11,10 +11,21 @@ PRIMES = (2, 3, 5)
 
 def streamlines(simulation) -> np.ndarray:
     """Return the scene's `viewer.streamlines` streamlines of the present flow, float32 (n, k, 3) [m], through where the scene plays."""
-    center, half = region(simulation.scene)
-    count = simulation.scene.viewer.streamlines
-    seeds = center + half * (2.0 * np.array([[radical_inverse(k + 1, prime) for prime in PRIMES] for k in range(count)]) - 1.0)
-    return simulation.flow.streamlines(seeds, float(half), STEP_COUNT)
+    scene = simulation.scene
+    center, half = region(scene)
+    places = 2.0 * np.array([[radical_inverse(k + 1, prime) for prime in PRIMES] for k in range(scene.viewer.streamlines)]) - 1.0
+    # In the plane of the picture perspective shows every line at one scale; without a camera there is no such plane.
+    seeds = center + half * (places if scene.camera is None else places[:, :2] @ picture_plane(scene.camera))
+    upstream, downstream = (simulation.flow.streamlines(seeds, sign * 0.5 * half, STEP_COUNT // 2) for sign in (-1.0, 1.0))
+    return np.concatenate([upstream[:, :0:-1], downstream], axis=1)
+
+
+def picture_plane(camera) -> np.ndarray:
+    """Return two vectors across the line of sight, right and up, as far as a picture of 16 to 10 reaches; (2, 3), in half heights."""
+    sight = np.subtract(camera.target, camera.eye).astype(float)
+    right = np.cross(sight, [0.0, 1.0, 0.0] if abs(sight[1]) < 0.999 * np.linalg.norm(sight) else [0.0, 0.0, -1.0])
+    up = np.cross(right, sight)
+    return np.stack([1.6 * right / np.linalg.norm(right), up / np.linalg.norm(up)])
 
 
 def region(scene) -> tuple[np.ndarray, float]:

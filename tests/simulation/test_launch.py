@@ -34,8 +34,8 @@ def test_an_interrupted_frame_is_finished_and_counted(parallel):
     interrupts = 0
     try:
         for k in range(300):
-            signal.setitimer(signal.ITIMER_REAL, 1e-6 * (20 + k % 300))
             try:
+                signal.setitimer(signal.ITIMER_REAL, 1e-6 * (20 + k % 300))
                 sim.step_frame()
                 signal.setitimer(signal.ITIMER_REAL, 0)
             except KeyboardInterrupt:

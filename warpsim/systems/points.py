@@ -86,7 +86,8 @@ class PointPacker:
     def _subset(self, live: int, limit: int) -> wp.array:
         stride = -(-live // max(limit, 1))
         words = self._population.field("id").numpy()[0, :live]
-        return wp.array(np.flatnonzero(words % stride == 0).astype(np.int32), device=self._population.device)
+        chosen = np.flatnonzero(words % stride == 0).astype(np.int32)
+        return wp.array(chosen if len(chosen) else np.zeros(1, np.int32), device=self._population.device)
 
     def _box(self, live: int) -> tuple[render.Box, np.ndarray, np.ndarray]:
         """Return the box round all that is drawn, its corner and the size of a step."""
