@@ -78,6 +78,22 @@ def test_an_ack_for_the_last_frame_answers_for_those_before(viewer):
         assert not viewer.wants_frame()
 
 
+def test_a_run_behind_its_clock_is_asked_for_few_frames(viewer):
+    with Watcher(viewer.url) as watcher:
+        assert eventually(viewer.wants_frame)
+        big, began, spent, published = dust(1, 200_000), time.perf_counter(), 0.0, 0
+        while time.perf_counter() - began < 1.0:
+            if viewer.wants_frame(behind=True):
+                published += 1
+                big.index = published
+                now = time.perf_counter()
+                viewer.publish(big)
+                spent += time.perf_counter() - now
+                watcher.ack(watcher.read_frame().number)
+                watcher.frames.clear()
+        assert published >= 2 and spent < 0.2 and eventually(viewer.wants_frame)
+
+
 def test_the_same_frame_is_sent_once(viewer):
     with Watcher(viewer.url) as watcher:
         assert eventually(viewer.wants_frame)

@@ -15,6 +15,7 @@ from warpsim.observers.viewer.stage import lines_command, stage_commands
 
 # All points go out while the run stands still, up to so many: 48 MB a frame, and a browser still turns them.
 MOST_POINTS_AT_REST = 4_000_000
+SHARE_OF_BUSY_RUN = 0.06
 
 
 class Viewer:
@@ -40,6 +41,7 @@ class Viewer:
         self._names = list(scene.systems)
         self._most_points = scene.viewer.max_points
         self._shown: tuple[int, float, bool] | None = None
+        self._affordable_at = 0.0
         self._inbox, self._bulletin = Inbox(scene.sliders), Bulletin()
         token = checked_token(token)
         # 0.0.0.0 is every address of this machine; its name is the one that others know.
@@ -47,9 +49,13 @@ class Viewer:
         self._hub = Hub(stage_commands(scene), self._inbox, host, DEFAULT_PORT if port is None else port, token)
         self.url = f"http://{name}:{self._hub.port}/" + (f"?token={token}" if token else "")
 
-    def wants_frame(self) -> bool:
-        """Return whether a page waits for a newer frame than the last one published; costs one attribute."""
-        return self._hub.hungry
+    def wants_frame(self, behind: bool = False) -> bool:
+        """Return whether a page waits for a newer frame than the last one published; costs one attribute.
+
+        A run that is `behind` its clock has no time to give away: it is asked for so few frames that packing them takes a
+        SHARE_OF_BUSY_RUN of its time, and keeps its step rate.
+        """
+        return self._hub.hungry and not (behind and time.perf_counter() < self._affordable_at)
 
     def publish(self, frame, full: bool = False) -> None:
         """Show `frame` (a `warpsim.Frame`) in place of the last one; returns without waiting for any page.
@@ -59,10 +65,14 @@ class Viewer:
         moment = (frame.index, frame.time, full)
         if moment == self._shown:
             return
+        began = time.perf_counter()
         limit = MOST_POINTS_AT_REST if full else self._most_points
         number = self._hub.number + 1
         self._hub.offer(pack_frame(number, frame.time, frame_blocks(frame, self._names, limit)), number)
         self._shown = moment
+        now = time.perf_counter()
+        # At most half a second without a picture, however large the cloud.
+        self._affordable_at = now + min((now - began) / SHARE_OF_BUSY_RUN, 0.5)
 
     def commands(self) -> list[Command]:
         """Return what the pages have asked for since the last call, oldest first; never blocks."""
