@@ -120,7 +120,7 @@ class Pace:
         while (passed := time.perf_counter() - began) < seconds and going():
             self.simulation.step_frame()
             steps += 1
-            if self.viewer.wants_frame():
+            if self.viewer.wants_frame(behind=True):  # it runs as fast as it can
                 self.viewer.publish(self.simulation.frame())
         return steps / max(passed, 1e-9), passed
 
