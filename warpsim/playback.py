@@ -34,6 +34,9 @@ class Story(Protocol):
     def seek(self, index: int) -> None:
         """Go to a frame."""
 
+    def rewind(self, index: int) -> None:
+        """Go back to a frame at or before `index` that costs nothing; asked only of stories that are not instant."""
+
     def frame(self):
         """Return the present frame."""
 
@@ -85,6 +88,7 @@ class Playback:
         self._note = ""
         self._refusals: set[str] = set()
         self._watched_at = self._changed_at = 0.0
+        self.lines = lines
         self._announcer = Announcer(viewer, story, self._watch, lines) if viewer else None
 
     # ---- the two ways to be played
@@ -154,7 +158,7 @@ class Playback:
         if self._instant:
             story.seek(goal)
         elif goal < story.index:
-            story.seek(0)  # kept by every simulation; from there in slices
+            story.rewind(goal)  # from there in slices
         until = time.perf_counter() + SEEK_SLICE
         while story.index < goal and time.perf_counter() < until and not self.stop.requested:
             self._step()

@@ -144,7 +144,7 @@ def finish(playback: Playback, showing: Showing, kind: str) -> str:
     playback.filming.close()
     if kind == "done" and showing.picture:
         playback.stop.patient = False  # there is nothing left to lose
-        take_picture(playback.story, playback.viewer, showing.picture, playback.audience.note)
+        take_picture(playback, showing.picture)
         playback.stop.patient = True
     if kind == "done" and showing.stay:
         playback.audience.note("done; Ctrl-C ends")
@@ -153,16 +153,19 @@ def finish(playback: Playback, showing: Showing, kind: str) -> str:
     return kind
 
 
-def take_picture(story, viewer, picture: Picture, note: Callable[[str], None]) -> None:
+def take_picture(playback: Playback, picture: Picture) -> None:
     """Save the present frame as a headless browser draws it. Raises NoPicture, OSError."""
     from warpsim.observers.snapshot import take_snapshot
     from warpsim.observers.viewer import Viewer
 
+    story = playback.story
     with ExitStack() as stack:
-        viewer = viewer or stack.enter_context(Viewer(story.scene, port=0))
+        viewer = playback.viewer or stack.enter_context(Viewer(story.scene, port=0))
+        if playback.lines:
+            viewer.show_lines(playback.lines())
         viewer.publish(story.frame(), full=True)
         take_snapshot(viewer.url, picture.path, picture.size)
-    note(f"frame {story.index} is pictured in {picture.path}")
+    playback.audience.note(f"frame {story.index} is pictured in {picture.path}")
 
 
 def check_outlets(showing: Showing) -> None:

@@ -22,6 +22,8 @@ from warpsim.systems.particles import Particles
 SYSTEMS = {"particles": Particles}
 wp.config.log_level = max(wp.config.log_level, wp.LOG_WARNING)  # no banner and no line per module; set it lower afterwards to see them
 SNAPSHOT_EVERY = 64  # frames between the states from which the last good one is recomputed; 1 % of a run of a million particles
+MOST_KEPT = 16  # states for going back
+MOST_KEPT_BYTES = 1 << 28
 LOOK_EVERY = 16  # frames between looks at the fault flags on a GPU, where looking waits for the device
 
 
@@ -45,6 +47,15 @@ def resolve_device(name: str) -> str:
     if name not in known:
         raise ValueError(f'there is no device "{name}"; this machine has {", ".join(known)}')
     return name
+
+
+def thinned(states: list[dict]) -> list[dict]:
+    """Return at most MOST_KEPT states of at most MOST_KEPT_BYTES, of earlier ones every other; the first and the last always."""
+    sizes = [sum(array.nbytes for arrays in state["systems"].values() for array in arrays.values()) for state in states]
+    while len(states) > 2 and (len(states) > MOST_KEPT or sum(sizes) > MOST_KEPT_BYTES):
+        places = [0, *range(2, len(states) - 1, 2), len(states) - 1]
+        states, sizes = [states[k] for k in places], [sizes[k] for k in places]
+    return states
 
 
 class Simulation:
@@ -72,10 +83,10 @@ class Simulation:
         self.index -= 1  # the opening step makes the first frame: whoever is born at that very moment is in it
         self.changes: list[Change] = []
         self._change_count = 0  # of them in effect; fewer than all after a seek back
-        self._good = self._state()
+        self._kept = [self._state()]
         while self.index < 0:
             self.step_frame()
-        self._first = self._good = self._state()
+        self._kept = [self._state()]  # frame 0, then later ones; the last is never ahead of the present
 
     def change(self, path: str, value) -> None:
         """Change a number of the running scene, as `--set path=value` would; it acts from the next step on and is logged.
@@ -99,15 +110,21 @@ class Simulation:
 
         Raises ValueError for a frame before the first.
         """
+        self.rewind(index)
+        while self.index < index:
+            self.step_frame()
+
+    def rewind(self, index: int) -> None:
+        """Go back to the nearest kept state at or before a frame, at once; nothing happens if the present is before it.
+
+        Raises ValueError for a frame before the first.
+        """
         if index < 0:
             raise ValueError(f"there is no frame {index}: the first is 0")
         if index < self.index:
             self._keep_frame()
-            if self._good["index"] > index:
-                self._good = self._first  # a later snapshot may belong to a story that a change will end
-            self._restore(self._good)
-        while self.index < index:
-            self.step_frame()
+            self._kept = [state for state in self._kept if state["index"] <= index]  # a change may end the story of later ones
+            self._restore(self._kept[-1])
 
     def _stages(self, native: bool) -> Iterator[Stage]:
         """Yield the frame, readable like the lecture's animation cycle."""
@@ -128,9 +145,9 @@ class Simulation:
     def step_frame(self) -> None:
         """Advance one frame. Raises UnstableError; the simulation then stands at the last good frame."""
         self._keep_frame()
-        if self.index - self._good["index"] >= (SNAPSHOT_EVERY if self.device == "cpu" else 16 * SNAPSHOT_EVERY):
+        if self.index - self._kept[-1]["index"] >= (SNAPSHOT_EVERY if self.device == "cpu" else 16 * SNAPSHOT_EVERY):
             self._answer_faults()  # a GPU's flags may not have been looked at yet
-            self._good = self._state()
+            self._kept = thinned([*self._kept, self._state()])
         self._advance()
         if self.device == "cpu" or self.index % LOOK_EVERY == 0:
             self._answer_faults()
@@ -235,11 +252,11 @@ class Simulation:
             for name in faulty:
                 self.systems[name].population.clear()
             return
-        self._restore(self._good)  # find the first bad frame: on a GPU it may lie some frames back
+        self._restore(self._kept[-1])  # find the first bad frame: on a GPU it may lie some frames back
         while not self._faulty():
             self._advance()
         error = self._unstable(self._faulty()[0])
-        self._restore(self._good)
+        self._restore(self._kept[-1])
         while self.index < error.index - 1:
             self._advance()
         error.last_good = self.frame()

@@ -114,6 +114,23 @@ def test_a_snapshot_of_another_story_is_forgotten():
     assert sim.state_hash() == straight.state_hash()
 
 
+def test_going_back_needs_few_frames_and_bounded_memory(monkeypatch):
+    sim = Simulation(scene(), device="cpu", threads=1)
+    sim.seek(3000)
+    kept = [state["index"] for state in sim._kept]
+    assert (
+        kept[0] == 0 and 3000 - kept[-1] <= 64 and 8 <= len(kept) <= 16 and max(b - a for a, b in zip(kept, kept[1:], strict=False)) <= 1024
+    )
+    sim.rewind(1500)
+    assert sim.index <= 1500 and sim.index in kept
+    monkeypatch.setattr("warpsim.simulation.MOST_KEPT_BYTES", 0)
+    sim.seek(2000)
+    assert len(sim._kept) == 2
+    straight = Simulation(scene(), device="cpu", threads=1)
+    straight.seek(2000)
+    assert sim.state_hash() == straight.state_hash()
+
+
 def test_there_is_nothing_before_the_first_frame():
     with pytest.raises(ValueError, match="the first is 0"):
         Simulation(scene(), device="cpu").seek(-1)
