@@ -11,7 +11,7 @@ import warp as wp
 from warpsim.frame import Frame, SystemFrame
 from warpsim.kernels import emission
 from warpsim.scene import load_scene
-from warpsim.systems.points import PointPacker
+from warpsim.systems.points import PointPacker, frames_between
 
 FRAMES_KEPT = 32  # read frames that stay in memory
 
@@ -38,10 +38,10 @@ class Recording:
             raise NoRun(f"{self.folder} holds no frame yet")
         self.scene = load_scene(self.folder / "scene.yaml")
         self.frame_count = max(self._files)
-        self._packers = {
-            name: (RecordedPopulation(device), spec.look.model_copy(update={"trail": None})) for name, spec in self.scene.systems.items()
-        }
-        self._read = lru_cache(maxsize=FRAMES_KEPT)(self._load)
+        self._packers = {name: (RecordedPopulation(device), spec.look) for name, spec in self.scene.systems.items()}
+        trails = [look.trail for _, look in self._packers.values() if look.trail]
+        reach = max((frames_between(trail, self.scene.time.fps) * trail.points for trail in trails), default=0)
+        self._read = lru_cache(maxsize=FRAMES_KEPT + reach)(self._load)
 
     def frame(self, index: int) -> Frame:
         """Return a recorded frame; where one was not recorded, the nearest before it. Raises NoRun for a damaged file."""
@@ -50,8 +50,22 @@ class Recording:
         systems = {}
         for name, (population, look) in self._packers.items():
             fields = {key.removeprefix(f"{name}."): array for key, array in arrays.items() if key.startswith(f"{name}.")}
-            systems[name] = recorded_system(fields, population, look, recorded, fps)
+            trail = self._trail(name, look.trail, recorded, fields) if look.trail else None
+            systems[name] = recorded_system(fields, trail, population, look, recorded, fps)
         return Frame(systems, recorded, recorded / fps)
+
+    def _trail(self, name: str, trail, index: int, fields: dict[str, np.ndarray]) -> np.ndarray:
+        """Return the ring of last places, (3 points, n), as the run itself kept it; where a frame is missing, the next later place."""
+        every = frames_between(trail, self.scene.time.fps)
+        ring = np.zeros((trail.points, 3, len(fields["id"])), np.float32)
+        place = fields["position"]
+        for frame in range(index, (index // every - trail.points + 1) * every - 1, -1):
+            if frame in self._files and frame != index:
+                earlier = self._read(frame)
+                place = places_of(fields["id"], earlier[f"{name}.id"], earlier[f"{name}.position"], place)
+            if frame == index or (frame + 1) % every == 0:
+                ring[frame // every % trail.points] = place.T
+        return ring.reshape(3 * trail.points, -1)
 
     def _load(self, index: int) -> dict[str, np.ndarray]:
         path = self._files[index]
@@ -77,6 +91,14 @@ class Recording:
             raise NoRun(f"{path} is damaged") from None
 
 
+def places_of(ids: np.ndarray, known: np.ndarray, position: np.ndarray, otherwise: np.ndarray) -> np.ndarray:
+    """Return the position (n, 3) of each id among the known ones, which rise; where it is unknown, `otherwise`."""
+    if not len(known):
+        return otherwise
+    at = np.minimum(np.searchsorted(known, ids), len(known) - 1)
+    return np.where((known[at] == ids)[:, None], position[at], otherwise)
+
+
 class RecordedPopulation:
     """Stands where a population stands for the packer: one frame's arrays on a device, replaced for each frame."""
 
@@ -87,8 +109,8 @@ class RecordedPopulation:
         """Put planar arrays on the device and return them as kernels see them."""
         self._fields = {name: wp.array(np.ascontiguousarray(array), device=self.device) for name, array in fields.items()}
         particles = emission.Particles()
-        for name, array in self._fields.items():
-            setattr(particles, name, array)
+        for name in self._fields.keys() & emission.Particles.vars.keys():  # not the trail
+            setattr(particles, name, self._fields[name])
         particles.alive = wp.zeros(1, dtype=int, device=self.device)
         return particles
 
@@ -101,7 +123,7 @@ class RecordedPopulation:
         return self._fields[name]
 
 
-def recorded_system(fields: dict[str, np.ndarray], population: RecordedPopulation, look, index: int, fps: float) -> SystemFrame:
+def recorded_system(fields, trail: np.ndarray | None, population: RecordedPopulation, look, index: int, fps: float) -> SystemFrame:
     """Return one system of a recorded frame; born in it, as far as ages go."""
     words = fields["id"].astype(np.uint64)
     planar = {
@@ -111,6 +133,9 @@ def recorded_system(fields: dict[str, np.ndarray], population: RecordedPopulatio
         "birth_age": fields["age"].astype(np.float32),
         "id": np.stack([words & np.uint64(0xFFFFFFFF), words >> np.uint64(32)]).astype(np.uint32),
     } | {name: fields[name].astype(np.float32) for name in ("lifetime", "mass", "radius")}
+
+    if trail is not None:
+        planar["trail"] = trail
 
     def pack(frame_index: int, limit: int | None):
         return PointPacker(population, population.take(planar), look, fps).pack(frame_index, limit)

@@ -45,6 +45,24 @@ def test_a_recording_gives_back_its_frames(run):
     assert recording.frame(99).index == 4
 
 
+def test_trails_are_put_together_from_earlier_frames(tmp_path):
+    simulation = Simulation(scene({"look": {"trail": {"duration": 0.1, "points": 4}}}), device="cpu", threads=1)
+    recorder = Recorder(tmp_path / "run")
+    recorder.begin(resolved_yaml(simulation.scene))
+    packed = {}
+    for index in range(16):
+        simulation.seek(index)
+        frame = simulation.frame()
+        packed[index] = frame["p"].packed()
+        recorder.record(frame, simulation.statistics(), simulation.state_hash())
+    recorder.close()
+    recording = Recording(tmp_path / "run")
+    for index in (15, 8, 14, 3, 1):
+        again, first = recording.frame(index)["p"].packed(), packed[index]
+        # a newborn's first place is where it was in the frame of its birth, in both; the box is of all places
+        assert np.array_equal(again.trail, first.trail) and np.array_equal(again.position, first.position), index
+
+
 def test_what_is_no_run_is_named(tmp_path, run):
     folder, *_ = run
     with pytest.raises(NoRun, match="holds no run"):

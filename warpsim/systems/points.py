@@ -29,13 +29,18 @@ class PackedPoints:
     trail_color: np.ndarray | None = None  # uint8 (m, 4)
 
 
+def frames_between(trail, fps: float) -> int:
+    """Return how many frames lie between two places of a trail."""
+    return max(1, round(trail.duration * fps / (trail.points - 1)))
+
+
 class PointPacker:
     """Packs one system's live particles with its look."""
 
     def __init__(self, population: Population, particles: Particles, look, fps: float):
         self._population, self._particles, self._fps = population, particles, fps
         self._places = look.trail.points if look.trail else 0
-        self._every = max(1, round(look.trail.duration * fps / (self._places - 1))) if look.trail else 1
+        self._every = frames_between(look.trail, fps) if look.trail else 1
         self._everyone = wp.empty(0, dtype=int, device=population.device)
         self.change(look)
 
