@@ -52,7 +52,10 @@ class Player {
   static async unpack(text) {
     const letters = atob(text), bytes = new Uint8Array(letters.length);
     for (let i = 0; i < letters.length; i++) bytes[i] = letters.charCodeAt(i);
-    return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
+    const gzip = new DecompressionStream("gzip"), writer = gzip.writable.getWriter();  // a Blob would go by another process
+    writer.write(bytes);
+    writer.close();
+    return new Response(gzip.readable).arrayBuffer();
   }
 
   fetch(number) {
