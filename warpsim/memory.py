@@ -21,7 +21,7 @@ def estimate_memory(scene: Scene) -> int:
     for system in scene.systems.values():
         substep_count = system.substeps or scene.time.substeps
         more = (24 if system.motion == "ballistic" else 0) + (12 * system.look.trail.points if system.look.trail else 0)
-        total += 2 * system.capacity * (BYTES_PER_PARTICLE + more)
+        total += 3 * system.capacity * (BYTES_PER_PARTICLE + more)  # the state, that of frame 0, and the last good one
         total += sum(BYTES_PER_SEGMENT * pieces(emitter, scene.time.fps) for emitter in system.emitters)
         total += (2 * substep_count + 1) * (len(scene.flow) + len(scene.forces)) * BYTES_PER_PRIMITIVE
     return total

@@ -16,7 +16,7 @@ def test_the_estimate_knows_the_sizes_of_the_real_tables():
 
 def test_a_scene_beyond_its_own_limit_is_refused_before_allocation():
     greedy = scene({"capacity": 2**27}, limits={"memory": 1.0})
-    with pytest.raises(SceneError, match=r"needs about 15\.\d+ GiB, but 1.00 GiB its limits.memory allows"):
+    with pytest.raises(SceneError, match=r"needs about 22\.\d+ GiB, but 1.00 GiB its limits.memory allows"):
         Simulation(greedy, device="cpu")
 
 
