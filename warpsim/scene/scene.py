@@ -26,7 +26,7 @@ class Limits(Spec):
     extent: Number = Field(1e6, gt=0.0, le=1e9, description="Distance from the origin beyond which a run counts as unstable [m].")
     unstable: Literal["stop", "reset", "kill"] = Field(
         "stop",
-        description="When unstable: stop with the last good state; reset: empty the system concerned, its emitters go on; kill the particles concerned.",
+        description="When unstable: stop with the last good state; reset: empty the system, its emitters go on; kill: remove the culprits.",
     )
 
 
