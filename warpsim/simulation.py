@@ -199,6 +199,7 @@ class Simulation:
         frame = self._frame() if self._frame else None
         if frame is not None and frame.index == self.index:
             frame.keep()
+        self._frame = None  # this moment may come again, with another past
 
     def _state(self) -> dict:
         """Return a copy of everything the future depends on."""

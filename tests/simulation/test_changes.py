@@ -131,6 +131,16 @@ def test_going_back_needs_few_frames_and_bounded_memory(monkeypatch):
     assert sim.state_hash() == straight.state_hash()
 
 
+def test_a_held_frame_is_not_taken_for_its_moment_in_another_story():
+    sim = Simulation(steady(), device="cpu", threads=1)
+    sim.seek(10)
+    held = sim.frame()
+    sim.seek(5)
+    sim.change("flow.wind.velocity", [6.0, 0.0, 0.0])
+    sim.seek(10)
+    assert held["p"].position[0, 0] == 0.0 and sim.frame()["p"].position[0, 0] == pytest.approx(0.5, rel=1e-5)
+
+
 def test_there_is_nothing_before_the_first_frame():
     with pytest.raises(ValueError, match="the first is 0"):
         Simulation(scene(), device="cpu").seek(-1)
