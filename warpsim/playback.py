@@ -15,6 +15,7 @@ from warpsim.scene import SceneError
 
 IDLE_SLICE = 0.02  # s of sleep between looks at the signal: a handler must not touch a lock that the sleeper may hold
 SEEK_SLICE = 0.05  # s of a long way to another frame between looks at wishes and signals
+FRAME_LATE = 0.01  # s after its moment from which a frame counts as late, and showing it may take little of the run's time
 LAG = 0.25  # s behind its clock after which a run stops hurrying: a laptop that slept must not race through the night
 CHANGE_PERIOD = 0.05  # s between changes of numbers while it plays
 ABSENCE = 5.0  # s without a page after which a piped run that was paused goes on
@@ -215,7 +216,7 @@ class Playback:
         self._publish()
 
     def _publish(self) -> None:
-        if self.viewer and self.viewer.wants_frame():
+        if self.viewer and self.viewer.wants_frame(behind=self.playing and time.perf_counter() > self._moment() + FRAME_LATE):
             self.viewer.publish(self.story.frame(), full=not self.playing)
 
     # ---- wishes of the pages

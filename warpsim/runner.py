@@ -4,6 +4,7 @@ It owns the order (build, play, save, close); it knows neither YAML nor terminal
 """
 
 import errno
+import ipaddress
 import os
 import sys
 import tempfile
@@ -43,6 +44,7 @@ class Showing:
     """How a run is shown, be it computed or read."""
 
     viewer: bool = False
+    host: str = "127.0.0.1"  # with another than a loopback address the viewer asks every page for a token
     port: int | None = None
     stay: bool = False  # keep the last frame on show until a signal
     frame_count: int | None = None  # None: all there are
@@ -255,11 +257,12 @@ def open_viewer(scene, showing: Showing, audience: Audience, stack: ExitStack):
     """Return a viewer that serves until the stack is unwound; None where none is wanted."""
     if not showing.viewer:
         return None
-    from warpsim.observers.viewer import Viewer
+    from warpsim.observers.viewer import Viewer, fresh_token
 
     stack.callback(sys.setswitchinterval, sys.getswitchinterval())
     sys.setswitchinterval(SWITCH_INTERVAL)
-    viewer = Viewer(scene, port=showing.port)
+    token = None if ipaddress.IPv4Address(showing.host).is_loopback else fresh_token()
+    viewer = Viewer(scene, showing.host, showing.port, token)
     stack.callback(viewer.close)
     audience.showing(viewer)
     return viewer

@@ -3,11 +3,15 @@
 import csv
 import hashlib
 import json
+import subprocess
+import urllib.error
+import urllib.request
+from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
 
-from tests.command import BLOW_UP, SPARKS, warpsim
+from tests.command import BLOW_UP, SPARKS, command, environment, warpsim
 
 
 @pytest.fixture
@@ -172,3 +176,26 @@ def test_an_internal_bug_leaves_one_line_and_a_report(folder):
     assert process.returncode == 70 and len(process.stderr.splitlines()) == 1 and "ZeroDivisionError" in process.stderr
     (report,) = folder.glob("warpsim-crash-*.txt")
     assert str(report) in process.stderr and "Traceback" in report.read_text() and "arguments: ['run', 'sparks.yaml'" in report.read_text()
+
+
+def test_host_is_an_address(tmp_path):
+    (tmp_path / "sparks.yaml").write_text(SPARKS)
+    done = subprocess.run(
+        command("run", "sparks.yaml", "--host", "nowhere"), cwd=tmp_path, env=environment(), capture_output=True, text=True
+    )
+    assert done.returncode == 2 and "--host nowhere" in done.stderr and "Traceback" not in done.stderr
+
+
+def test_a_viewer_opened_wider_asks_for_its_token(tmp_path):
+    (tmp_path / "sparks.yaml").write_text(SPARKS.replace("duration: 0.5", "duration: 72000"))
+    line = command("run", "sparks.yaml", "--host", "0.0.0.0", "--port", "0")
+    process = subprocess.Popen(line, cwd=tmp_path, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    try:
+        address = next(word for text in process.stdout for word in text.split() if word.startswith("http"))
+        port, token = urlsplit(address).port, urlsplit(address).query
+        with pytest.raises(urllib.error.HTTPError, match="403"):
+            urllib.request.urlopen(f"http://127.0.0.1:{port}/", timeout=10)
+        assert urllib.request.urlopen(f"http://127.0.0.1:{port}/?{token}", timeout=10).status == 200
+    finally:
+        process.terminate()
+        process.communicate(timeout=20)

@@ -46,7 +46,7 @@ class Listener:
         self.notes, self.reports, self.shown, self.recorded = [], [], [], []
         self.note, self.report, self.end = self.notes.append, self.reports.append, self.reports.append
 
-    def wants_frame(self):
+    def wants_frame(self, behind=False):
         return True
 
     def commands(self):

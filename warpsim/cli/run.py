@@ -1,5 +1,6 @@
 """run: simulate a scene, show it in the browser, record it."""
 
+import ipaddress
 import re
 import sys
 from pathlib import Path
@@ -18,6 +19,9 @@ ViewerName = Annotated[
     typer.Option("--viewer", metavar="meshcat|none", help="In the browser, or at full speed; default: meshcat, with --snapshot none."),
 ]
 Open = Annotated[bool, typer.Option("--open", help="Open the browser.")]
+Host = Annotated[
+    str, typer.Option(metavar="ADDRESS", help="Address the viewer listens on; beyond this machine its link carries a secret token.")
+]
 Port = Annotated[int | None, typer.Option(min=0, max=65535, help="Port of the viewer; default: a free one.")]
 Film = Annotated[Path | None, typer.Option("--record", metavar="FILE.html", help="Record what is shown into one HTML file.")]
 Snapshot = Annotated[Path | None, typer.Option("--snapshot", metavar="FILE.png", help="Save a picture of the last frame.")]
@@ -29,6 +33,7 @@ def run(
     device: Annotated[str, typer.Option(metavar="auto|cpu|cuda:N", help="Where to compute.")] = "auto",
     viewer: ViewerName = None,
     open_browser: Open = False,
+    host: Host = "127.0.0.1",
     port: Port = None,
     frames: Annotated[int | None, typer.Option(min=0, metavar="N", help="Frames to run; default: the scene's duration.")] = None,
     seed: Annotated[int | None, typer.Option(metavar="N", help="Seed, instead of the scene's.")] = None,
@@ -68,6 +73,7 @@ def run(
     source = SceneFile(found(scene), tuple(overrides or ()), seed, audience.note)
     showing = Showing(
         viewer=shown,
+        host=address_of(host),
         port=port,
         stay=watch or (shown and sys.stdout.isatty()),
         frame_count=frames,
@@ -77,6 +83,16 @@ def run(
     )
     settings = Settings(device, threads, showing, out, scene_text, overwrite, _changes_in(changes))
     return run_session(source, settings, audience, watch, json)
+
+
+def address_of(host: str) -> str:
+    """Return the IPv4 address that --host names."""
+    from warpsim.cli.outcome import Exit, Failure
+
+    try:
+        return str(ipaddress.IPv4Address("127.0.0.1" if host == "localhost" else host))
+    except ValueError:
+        raise Failure(Exit.USAGE, f"--host {host}: say an IPv4 address, such as 127.0.0.1 or 0.0.0.0 for all of this machine's") from None
 
 
 def shows_viewer(viewer: str | None, snapshot: Path | None) -> bool:

@@ -6,13 +6,14 @@ from typing import Annotated
 
 import typer
 
-from warpsim.cli.run import Film, Open, Port, Size, Snapshot, ViewerName, pixels_of, shows_viewer
+from warpsim.cli.run import Film, Host, Open, Port, Size, Snapshot, ViewerName, address_of, pixels_of, shows_viewer
 
 
 def view(
     folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder, as --out of `run` makes it.")],
     viewer: ViewerName = None,
     open_browser: Open = False,
+    host: Host = "127.0.0.1",
     port: Port = None,
     frames: Annotated[int | None, typer.Option(min=0, metavar="N", help="Last frame to show; default: all that were recorded.")] = None,
     record: Film = None,
@@ -32,6 +33,7 @@ def view(
 
     showing = Showing(
         viewer=shown,
+        host=address_of(host),
         port=port,
         stay=shown and sys.stdout.isatty(),
         frame_count=frames,
