@@ -15,7 +15,7 @@ from warpsim.observers.viewer.stage import lines_command, stage_commands
 
 # All points go out while the run stands still, up to so many: 48 MB a frame, and a browser still turns them.
 MOST_POINTS_AT_REST = 4_000_000
-SHARE_OF_BUSY_RUN = 0.06
+SHARE_OF_BUSY_RUN = 0.04
 
 
 class Viewer:
