@@ -47,3 +47,9 @@ def test_readme_has_the_two_commands():
     lines = (ROOT / "README.md").read_text().splitlines()
     assert sum(line.endswith("-m warpsim run campfire") for line in lines) == 1
     assert sum(line.endswith("-m pytest") for line in lines) == 1  # .ci/run takes this line
+
+
+def test_every_scene_stands_in_the_list_with_its_picture():
+    text = (ROOT / "docs" / "scenes.md").read_text()
+    for path in (ROOT / "scenes").rglob("*.yaml"):
+        assert f"images/scenes/{path.stem}.jpg" in text and f"`{path.stem}`" in text, path.stem
