@@ -37,11 +37,6 @@ FIELDS = {
 }
 
 
-def bytes_per_particle(extra_rows: int = 0) -> int:
-    """Return the device memory of one particle [bytes]: its fields and the flag of the living."""
-    return 4 * (sum(field.rows for field in FIELDS.values()) + extra_rows + 1)
-
-
 class Population:
     """Planar fields (rows, capacity) as views of one slab; `capacity` is rounded up to whole blocks, `limit` is what was asked.
 
