@@ -105,6 +105,11 @@ class Particles:
     radius: wp.array[float]  # [m]
     id: wp.array2d[wp.uint32]  # (2, capacity) running number of births: low word, high word
     alive: wp.array[int]  # 1 while age < lifetime; not a field, made anew each frame
+    # What only some systems have; without it an array is empty.
+    internal: wp.array2d[float]  # (3, capacity) acceleration by the neighbors [m/s²]; not a field, made anew each substep
+    contact: wp.array[int]  # number of the collider it sticks to, plus 1; 0: free
+    impact: wp.array2d[float]  # (10, capacity) of the frame's first impact: place [m], velocity before [m/s], normal, time since [s]
+    impact_count: wp.array[int]  # impacts so far
 
 
 @wp.func

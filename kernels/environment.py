@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from warpsim.kernels.collision import Collider
 from warpsim.kernels.flow import FlowPrimitive, sample_flow
 from warpsim.kernels.forces import ForceField, sample_acceleration
 from warpsim.kernels.planar import read3, write3
@@ -21,6 +22,8 @@ class Environment:
     policy: int  # what happens to one that does: STOP … KILL
     flow: wp.array2d[FlowPrimitive]  # (moments, primitives), moments half a substep apart
     forces: wp.array2d[ForceField]  # (moments, fields)
+    colliders: wp.array2d[Collider]  # (moments, colliders), each where it is at the moment
+    tracer: int  # 1: particles without inertia, which slide along colliders
 
 
 @wp.func(inline=True)

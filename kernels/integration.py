@@ -1,4 +1,4 @@
-"""Integration: the motion of one particle through all substeps of a frame, one method each.
+"""Integration: one substep of one particle, one method each; advance.py runs them through the frame.
 
 Symbols: x position [m], v velocity [m/s], u flow at x [m/s], a acceleration by gravity and forces [m/s²], k drag rate [1/s],
 h the part of the substep in which the particle lives [s]. Moment 2s of the tables is the beginning of substep s, 2s + 1 its
@@ -8,11 +8,8 @@ middle. The native loops (loops.py) follow these line by line; tests hold the tw
 import warp as wp
 
 from warpsim.kernels.elementary import mean_decay
-from warpsim.kernels.emission import ACTIVE, FAULT, KILLED, Particles
-from warpsim.kernels.environment import KILL, Environment, drag_rate, sample_felt_acceleration
+from warpsim.kernels.environment import Environment, sample_felt_acceleration
 from warpsim.kernels.flow import sample_flow
-from warpsim.kernels.lifetime import active_step, age_at
-from warpsim.kernels.planar import read3, write3
 
 LARGEST_SPEED = wp.constant(1.0e30)  # [m/s]: beyond it counts as not finite
 
@@ -22,12 +19,19 @@ class Pace:
     dt: float  # substep [s]
     fps: float  # frames per second
     substep_count: int  # per frame
+    first: int  # a launch runs the substeps first … last − 1 of them
+    last: int
 
 
 @wp.struct
 class Body:
     x: wp.vec3  # [m]
     v: wp.vec3  # [m/s]
+    u: wp.vec3  # flow at x [m/s], where the method keeps it from one substep to the next
+    a: wp.vec3  # acceleration by gravity and forces at x [m/s²], likewise
+    internal: wp.vec3  # acceleration by the neighbors, constant through the launch [m/s²]
+    coupled: int  # 1: there is an internal acceleration
+    dead: int  # 1: killed within the frame, stays where it died
     age: float  # at the frame's end [s]
     lifetime: float  # [s]
     inverse_mass: float  # [1/kg]
@@ -62,249 +66,134 @@ def inside(x: wp.vec3, v: wp.vec3, extent: float) -> int:
 
 
 @wp.func
-def substep(body: Body, s: int, pace: Pace) -> float:
-    """Return the part of substep s in which the body lives [s]."""
-    return active_step(body.age - float(pace.substep_count - 1 - s) * pace.dt, pace.dt, body.lifetime)
+def accelerate(environment: Environment, moment: int, body: Body, x: wp.vec3) -> wp.vec3:
+    """Return gravity, the forces per mass at x, and what the neighbors do [m/s²]."""
+    a = sample_felt_acceleration(environment, moment, body.inverse_mass, x)
+    if body.coupled == 1:
+        a = a + body.internal
+    return a
 
 
 @wp.func
-def advance_euler(body: Body, pace: Pace, environment: Environment) -> Body:
+def feel_nothing(body: Body, moment: int, environment: Environment) -> Body:
+    """Return the body as it is: the method keeps nothing from one substep to the next."""
+    return body
+
+
+@wp.func
+def feel_flow(body: Body, moment: int, environment: Environment) -> Body:
+    """Return the body with the flow at its place."""
+    body.u = sample_flow(environment.flow, moment, body.x)
+    return body
+
+
+@wp.func
+def feel_everything(body: Body, moment: int, environment: Environment) -> Body:
+    """Return the body with the flow and the acceleration at its place."""
+    body.u = sample_flow(environment.flow, moment, body.x)
+    body.a = accelerate(environment, moment, body, body.x)
+    return body
+
+
+@wp.func
+def step_euler(body: Body, s: int, h: float, environment: Environment) -> Body:
     """Explicit Euler: position and velocity both from the old state.  Source: Euler 1768."""
-    x = body.x
-    v = body.v
-    for s in range(pace.substep_count):
-        h = substep(body, s, pace)
-        u = sample_flow(environment.flow, 2 * s, x)
-        a = sample_felt_acceleration(environment, 2 * s, body.inverse_mass, x)
-        x = drift(x, v, h)
-        v = kick(v, u, a, body.k, h)
-    body.x = x
-    body.v = v
+    u = sample_flow(environment.flow, 2 * s, body.x)
+    a = accelerate(environment, 2 * s, body, body.x)
+    body.x = drift(body.x, body.v, h)
+    body.v = kick(body.v, u, a, body.k, h)
     return body
 
 
 @wp.func
-def advance_drift_kick(body: Body, pace: Pace, environment: Environment) -> Body:
+def step_drift_kick(body: Body, s: int, h: float, environment: Environment) -> Body:
     """Symplectic Euler that moves first: forces at the new position.  Source: Hairer, Lubich & Wanner 2006, I.1.2."""
-    x = body.x
-    v = body.v
-    for s in range(pace.substep_count):
-        h = substep(body, s, pace)
-        x = drift(x, v, h)
-        u = sample_flow(environment.flow, 2 * s + 2, x)
-        a = sample_felt_acceleration(environment, 2 * s + 2, body.inverse_mass, x)
-        v = kick(v, u, a, body.k, h)
-    body.x = x
-    body.v = v
+    body.x = drift(body.x, body.v, h)
+    u = sample_flow(environment.flow, 2 * s + 2, body.x)
+    a = accelerate(environment, 2 * s + 2, body, body.x)
+    body.v = kick(body.v, u, a, body.k, h)
     return body
 
 
 @wp.func
-def advance_semi_implicit_euler(body: Body, pace: Pace, environment: Environment) -> Body:
+def step_semi_implicit_euler(body: Body, s: int, h: float, environment: Environment) -> Body:
     """Symplectic Euler that kicks first, the lecture's: forces at the old position, then the new velocity moves it."""
-    x = body.x
-    v = body.v
-    for s in range(pace.substep_count):
-        h = substep(body, s, pace)
-        u = sample_flow(environment.flow, 2 * s, x)
-        a = sample_felt_acceleration(environment, 2 * s, body.inverse_mass, x)
-        v = kick(v, u, a, body.k, h)
-        x = drift(x, v, h)
-    body.x = x
-    body.v = v
+    u = sample_flow(environment.flow, 2 * s, body.x)
+    a = accelerate(environment, 2 * s, body, body.x)
+    body.v = kick(body.v, u, a, body.k, h)
+    body.x = drift(body.x, body.v, h)
     return body
 
 
 @wp.func
-def advance_verlet(body: Body, pace: Pace, environment: Environment) -> Body:
+def step_verlet(body: Body, s: int, h: float, environment: Environment) -> Body:
     """Velocity Verlet: half a kick, a drift, half a kick.  Source: Swope et al. 1982."""
-    x = body.x
-    v = body.v
-    u = sample_flow(environment.flow, 0, x)
-    a = sample_felt_acceleration(environment, 0, body.inverse_mass, x)
-    for s in range(pace.substep_count):
-        h = substep(body, s, pace)
-        v = kick(v, u, a, body.k, 0.5 * h)
-        x = drift(x, v, h)
-        u = sample_flow(environment.flow, 2 * s + 2, x)
-        a = sample_felt_acceleration(environment, 2 * s + 2, body.inverse_mass, x)
-        v = kick(v, u, a, body.k, 0.5 * h)
-    body.x = x
-    body.v = v
+    v = kick(body.v, body.u, body.a, body.k, 0.5 * h)
+    body.x = drift(body.x, v, h)
+    body = feel_everything(body, 2 * s + 2, environment)
+    body.v = kick(v, body.u, body.a, body.k, 0.5 * h)
     return body
 
 
 @wp.func
-def advance_rk4(body: Body, pace: Pace, environment: Environment) -> Body:
+def step_rk4(body: Body, s: int, h: float, environment: Environment) -> Body:
     """Classical Runge–Kutta under the forces, between two halves of the drag (Strang splitting).  Source: Kutta 1901; Strang 1968."""
     still = wp.vec3()
-    x = body.x
-    v = body.v
-    u = sample_flow(environment.flow, 0, x)
-    a = sample_felt_acceleration(environment, 0, body.inverse_mass, x)
-    for s in range(pace.substep_count):
-        h = substep(body, s, pace)
-        v = kick(v, u, still, body.k, 0.5 * h)
-        x0 = x
-        v0 = v
-        dx = v
-        dv = a
-        x = drift(x0, v, 0.5 * h)
-        v = drift(v0, a, 0.5 * h)
-        a = sample_felt_acceleration(environment, 2 * s + 1, body.inverse_mass, x)
-        dx = drift(dx, v, 2.0)
-        dv = drift(dv, a, 2.0)
-        x = drift(x0, v, 0.5 * h)
-        v = drift(v0, a, 0.5 * h)
-        a = sample_felt_acceleration(environment, 2 * s + 1, body.inverse_mass, x)
-        dx = drift(dx, v, 2.0)
-        dv = drift(dv, a, 2.0)
-        x = drift(x0, v, h)
-        v = drift(v0, a, h)
-        a = sample_felt_acceleration(environment, 2 * s + 2, body.inverse_mass, x)
-        x = drift(x0, drift(dx, v, 1.0), h / 6.0)
-        v = drift(v0, drift(dv, a, 1.0), h / 6.0)
-        u = sample_flow(environment.flow, 2 * s + 2, x)
-        a = sample_felt_acceleration(environment, 2 * s + 2, body.inverse_mass, x)
-        v = kick(v, u, still, body.k, 0.5 * h)
-    body.x = x
-    body.v = v
+    x0 = body.x
+    v0 = kick(body.v, body.u, still, body.k, 0.5 * h)
+    dx = v0
+    dv = body.a
+    x = drift(x0, v0, 0.5 * h)
+    v = drift(v0, body.a, 0.5 * h)
+    a = accelerate(environment, 2 * s + 1, body, x)
+    dx = drift(dx, v, 2.0)
+    dv = drift(dv, a, 2.0)
+    x = drift(x0, v, 0.5 * h)
+    v = drift(v0, a, 0.5 * h)
+    a = accelerate(environment, 2 * s + 1, body, x)
+    dx = drift(dx, v, 2.0)
+    dv = drift(dv, a, 2.0)
+    x = drift(x0, v, h)
+    v = drift(v0, a, h)
+    a = accelerate(environment, 2 * s + 2, body, x)
+    body.x = drift(x0, drift(dx, v, 1.0), h / 6.0)
+    v = drift(v0, drift(dv, a, 1.0), h / 6.0)
+    body = feel_everything(body, 2 * s + 2, environment)
+    body.v = kick(v, body.u, still, body.k, 0.5 * h)
     return body
 
 
 @wp.func
-def advance_tracer_euler(body: Body, pace: Pace, environment: Environment) -> Body:
+def step_tracer_euler(body: Body, s: int, h: float, environment: Environment) -> Body:
     """Explicit Euler of dx/dt = u: a particle without inertia.  Source: Euler 1768."""
-    x = body.x
-    u = sample_flow(environment.flow, 0, x)
-    for s in range(pace.substep_count):
-        h = substep(body, s, pace)
-        x = drift(x, u, h)
-        u = sample_flow(environment.flow, 2 * s + 2, x)
-    body.x = x
-    body.v = u
+    body.x = drift(body.x, body.u, h)
+    body = feel_flow(body, 2 * s + 2, environment)
+    body.v = body.u
     return body
 
 
 @wp.func
-def advance_tracer_rk4(body: Body, pace: Pace, environment: Environment) -> Body:
+def step_tracer_rk4(body: Body, s: int, h: float, environment: Environment) -> Body:
     """Classical Runge–Kutta of dx/dt = u: a particle without inertia.  Source: Kutta 1901."""
-    x = body.x
-    u = sample_flow(environment.flow, 0, x)
-    for s in range(pace.substep_count):
-        h = substep(body, s, pace)
-        x0 = x
-        dx = u
-        u = sample_flow(environment.flow, 2 * s + 1, drift(x0, u, 0.5 * h))
-        dx = drift(dx, u, 2.0)
-        u = sample_flow(environment.flow, 2 * s + 1, drift(x0, u, 0.5 * h))
-        dx = drift(dx, u, 2.0)
-        u = sample_flow(environment.flow, 2 * s + 2, drift(x0, u, h))
-        x = drift(x0, drift(dx, u, 1.0), h / 6.0)
-        u = sample_flow(environment.flow, 2 * s + 2, x)
-    body.x = x
-    body.v = u
+    x0 = body.x
+    dx = body.u
+    u = sample_flow(environment.flow, 2 * s + 1, drift(x0, body.u, 0.5 * h))
+    dx = drift(dx, u, 2.0)
+    u = sample_flow(environment.flow, 2 * s + 1, drift(x0, u, 0.5 * h))
+    dx = drift(dx, u, 2.0)
+    u = sample_flow(environment.flow, 2 * s + 2, drift(x0, u, h))
+    body.x = drift(x0, drift(dx, u, 1.0), h / 6.0)
+    body = feel_flow(body, 2 * s + 2, environment)
+    body.v = body.u
     return body
 
 
-METHODS = {
-    "euler": advance_euler,
-    "drift_kick": advance_drift_kick,
-    "semi_implicit_euler": advance_semi_implicit_euler,
-    "verlet": advance_verlet,
-    "rk4": advance_rk4,
-    "tracer_euler": advance_tracer_euler,
-    "tracer_rk4": advance_tracer_rk4,
+METHODS = {  # what a method needs to know before its first substep and after a collision, and one substep of it
+    "euler": (feel_nothing, step_euler),
+    "drift_kick": (feel_nothing, step_drift_kick),
+    "semi_implicit_euler": (feel_nothing, step_semi_implicit_euler),
+    "verlet": (feel_everything, step_verlet),
+    "rk4": (feel_everything, step_rk4),
+    "tracer_euler": (feel_flow, step_tracer_euler),
+    "tracer_rk4": (feel_flow, step_tracer_rk4),
 }
-
-
-@wp.func
-def gather_body(i: int, frame: int, pace: Pace, environment: Environment, particles: Particles) -> Body:
-    """Return the particle in slot i as a body at the frame's beginning."""
-    body = Body()
-    body.x = read3(particles.position, i)
-    body.v = read3(particles.velocity, i)
-    body.age = age_at(frame, particles.birth_frame[i], particles.birth_age[i], pace.fps)
-    body.lifetime = particles.lifetime[i]
-    body.inverse_mass = 1.0 / particles.mass[i]
-    body.k = drag_rate(environment.alpha, environment.viscosity, particles.radius[i], body.inverse_mass)
-    return body
-
-
-@wp.func
-def store_body(
-    i: int, frame: int, body: Body, pace: Pace, environment: Environment, particles_out: Particles, counters_inout: wp.array[wp.int64]
-):
-    """Store where the body is, whether it lives on, and whether it left the scene's extent."""
-    write3(particles_out.position, i, body.x)
-    write3(particles_out.velocity, i, body.v)
-    age = age_at(frame, particles_out.birth_frame[i], particles_out.birth_age[i], pace.fps)
-    alive = wp.where(age < body.lifetime, 1, 0)
-    if alive == 1 and inside(body.x, body.v, environment.extent) == 0:
-        if environment.policy == KILL:
-            alive = 0
-            wp.atomic_add(counters_inout, KILLED, wp.int64(1))
-        else:
-            counters_inout[FAULT] = wp.int64(1)
-    particles_out.alive[i] = alive
-
-
-def advance_kernel(name, method):
-    """Make the plain kernel of one method."""
-
-    @wp.kernel(name=f"advance_{name}", module=f"warpsim.kernels.integration.{name}", enable_backward=False)
-    def advance_particles(
-        first: int,
-        pace: Pace,
-        clock: wp.array[wp.int64],
-        environment: wp.array[Environment],
-        particles_inout: Particles,
-        counters_inout: wp.array[wp.int64],
-    ):
-        """Advance every active particle through the frame; the environment is one row, so that what it holds stays live."""
-        i = first + wp.tid()
-        if wp.int64(i) < counters_inout[ACTIVE]:
-            frame = int(clock[0])
-            body = method(gather_body(i, frame, pace, environment[0], particles_inout), pace, environment[0])
-            store_body(i, frame, body, pace, environment[0], particles_inout, counters_inout)
-
-    return advance_particles
-
-
-ADVANCE = {name: advance_kernel(name, method) for name, method in METHODS.items()}
-
-
-@wp.func
-def advance_flight(
-    i: int,
-    frame: int,
-    pace: Pace,
-    environment: Environment,
-    births: Particles,
-    particles_out: Particles,
-    counters_inout: wp.array[wp.int64],
-):
-    """Place the particle in slot i on its arc since birth."""
-    age = age_at(frame, births.birth_frame[i], births.birth_age[i], pace.fps)
-    t = wp.min(age, births.lifetime[i])
-    body = Body()
-    body.x = ballistic_position(read3(births.position, i), read3(births.velocity, i), environment.gravity, t)
-    body.v = drift(read3(births.velocity, i), environment.gravity, t)
-    body.lifetime = births.lifetime[i]
-    store_body(i, frame, body, pace, environment, particles_out, counters_inout)
-
-
-@wp.kernel(enable_backward=False)
-def advance_ballistic(
-    first: int,
-    pace: Pace,
-    clock: wp.array[wp.int64],
-    environment: wp.array[Environment],
-    births: Particles,
-    particles_out: Particles,
-    counters_inout: wp.array[wp.int64],
-):
-    """Place every active particle on its arc; position and velocity in `births` are those at birth."""
-    i = first + wp.tid()
-    if wp.int64(i) < counters_inout[ACTIVE]:
-        advance_flight(i, int(clock[0]), pace, environment[0], births, particles_out, counters_inout)

@@ -8,12 +8,13 @@ vector width and for the plain kernels. Empty for CUDA. Measured in docs/adr/000
 
 import warp as wp
 
+from warpsim.kernels.advance import LOOPS, advance_flight, living_step, meet_colliders, store_body
 from warpsim.kernels.emission import ACTIVE, FAULT, KILLED, LIVE, Particles
 from warpsim.kernels.environment import KILL, Environment, drag_rate
 from warpsim.kernels.flow import FLOWS
 from warpsim.kernels.forces import FORCES
-from warpsim.kernels.integration import METHODS, Pace, advance_flight, ballistic_position, drift, gather_body, inside, kick, store_body
-from warpsim.kernels.lifetime import active_step, age_at
+from warpsim.kernels.integration import Pace, ballistic_position, drift, inside, kick
+from warpsim.kernels.lifetime import age_at
 
 BLOCK = 64  # particles that stay in the first-level cache through all substeps; a population's capacity is a multiple of it
 
@@ -45,7 +46,10 @@ PROLOGUE = """
     float *P = particles.position.data, *Q = particles.velocity.data;
     float *birth_age = particles.birth_age.data, *L = particles.lifetime.data;
     int *birth_frame = particles.birth_frame.data, *alive = particles.alive.data;
-    float X[3][B], V[3][B], U[3][B], A[3][B], X0[3][B], V0[3][B], DX[3][B], DV[3][B], H[B], K[B], W[B], age[B], life[B];
+    float X[3][B], V[3][B], U[3][B], A[3][B], I[3][B], XB[3][B], VB[3][B], X0[3][B], V0[3][B], DX[3][B], DV[3][B];
+    float H[B], K[B], W[B], age[B], life[B];
+    int dead[B];
+    const int coupled = particles.internal.shape[0] > 0, meets = environment.colliders.shape[1] > 0;
     #define GET(F) vec(F[0][i], F[1][i], F[2][i])
     #define PUT(F, value) { const vec r = value; F[0][i] = r[0]; F[1][i] = r[1]; F[2][i] = r[2]; }
     #define EACH(...) for (int i = 0; i < B; ++i) { const float h = H[i], k = K[i]; __VA_ARGS__ }
@@ -62,13 +66,16 @@ PROLOGUE = """
     FORCE_LAMBDA
     const vec still(0.0f, 0.0f, 0.0f);
     for (int b = begin; b < end; b += B) {
+        const int n = end - b < B ? end - b : B;  // dead slots are computed, never stored
         for (int i = 0; i < B; ++i) {
             for (int c = 0; c < 3; ++c) { X[c][i] = P[b + i + c * S]; V[c][i] = Q[b + i + c * S]; }
             age[i] = $age_at(frame, birth_frame[b + i], birth_age[b + i], pace.fps);
             life[i] = L[b + i];
             W[i] = 1.0f / particles.mass.data[b + i];
             K[i] = $drag_rate(environment.alpha, environment.viscosity, particles.radius.data[b + i], W[i]);
+            dead[i] = pace.first > 0 ? 1 - alive[b + i] : 0;
         }
+        if (coupled) for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) I[c][i] = particles.internal.data[b + i + c * S];
 """
 FORCE_LAMBDA = """auto force = [&](int moment) {
         for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) A[c][i] = environment.gravity[c];
@@ -76,20 +83,34 @@ FORCE_LAMBDA = """auto force = [&](int moment) {
             const auto q = environment.forces.data[moment * environment.forces.shape[1] + j];
             switch (q.kind) { FORCE_CASES }
         }
+        if (coupled) for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) A[c][i] += I[c][i];
     };"""
 SUBSTEPS = """
-        for (int s = 0; s < pace.substep_count; ++s) {
-            for (int i = 0; i < B; ++i) H[i] = $active_step(age[i] - (float)(pace.substep_count - 1 - s) * pace.dt, pace.dt, life[i]);
+        for (int s = pace.first; s < pace.last; ++s) {
+            for (int i = 0; i < B; ++i) H[i] = $living_step(age[i], life[i], dead[i], s, pace);
+            if (meets) for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) { XB[c][i] = X[c][i]; VB[c][i] = V[c][i]; }
+"""
+CONTACTS = """
+            if (meets) {
+                int hits = 0;
+                for (int i = 0; i < n; ++i) {
+                    if (!(H[i] > 0.0f)) continue;
+                    const auto p = $meet_colliders(b + i, s, H[i], age[i], GET(XB), GET(VB), GET(X), GET(V), pace, environment, particles);
+                    PUT(X, p.x) PUT(V, p.v)
+                    dead[i] = p.dead;
+                    hits += p.hits;
+                }
+                if (hits) { FEEL_AGAIN }
+            }
 """
 EPILOGUE = """
         }
-        END
-        const int n = end - b < B ? end - b : B;  // dead slots are computed, never stored
+        const int whole = pace.last == pace.substep_count;
         int outside = 0;
         for (int i = 0; i < n; ++i) {
             for (int c = 0; c < 3; ++c) { P[b + i + c * S] = X[c][i]; Q[b + i + c * S] = V[c][i]; }
-            const int lives = age[i] < life[i];
-            const int in = $inside(GET(X), GET(V), environment.extent);
+            const int lives = (1 - dead[i]) & (whole ? age[i] < life[i] : 1);
+            const int in = whole ? $inside(GET(X), GET(V), environment.extent) : 1;
             outside += lives & (1 - in);
             alive[b + i] = environment.policy == @KILL@ ? lives & in : lives;
         }
@@ -97,30 +118,26 @@ EPILOGUE = """
         else if (outside) __atomic_store_n(counters.data + @FAULT@, (wp::int64)1, __ATOMIC_RELAXED);
     }
 """
-TEXTS = {  # by method: before the substeps, each substep, after them
+TEXTS = {  # by method: what it feels before the first substep and after a collision (at moment m), and a substep
     "euler": (
         "",
         "flow(2 * s); force(2 * s); EACH(vec x = $drift(GET(X), GET(V), h); PUT(V, $kick(GET(V), GET(U), GET(A), k, h)) PUT(X, x))",
-        "",
     ),
     "drift_kick": (
         "",
         "EACH(PUT(X, $drift(GET(X), GET(V), h))) flow(2 * s + 2); force(2 * s + 2); EACH(PUT(V, $kick(GET(V), GET(U), GET(A), k, h)))",
-        "",
     ),
     "semi_implicit_euler": (
         "",
         "flow(2 * s); force(2 * s); EACH(PUT(V, $kick(GET(V), GET(U), GET(A), k, h)) PUT(X, $drift(GET(X), GET(V), h)))",
-        "",
     ),
     "verlet": (
-        "flow(0); force(0);",
+        "flow(m); force(m);",
         """EACH(PUT(V, $kick(GET(V), GET(U), GET(A), k, 0.5f * h)) PUT(X, $drift(GET(X), GET(V), h)))
             flow(2 * s + 2); force(2 * s + 2); EACH(PUT(V, $kick(GET(V), GET(U), GET(A), k, 0.5f * h)))""",
-        "",
     ),
     "rk4": (
-        "flow(0); force(0);",
+        "flow(m); force(m);",
         """EACH(PUT(V, $kick(GET(V), GET(U), still, k, 0.5f * h)) PUT(X0, GET(X)) PUT(V0, GET(V)) PUT(DX, GET(V)) PUT(DV, GET(A))
                  PUT(X, $drift(GET(X0), GET(V), 0.5f * h)) PUT(V, $drift(GET(V0), GET(A), 0.5f * h)))
             for (int stage = 0; stage < 2; ++stage) {
@@ -133,35 +150,34 @@ TEXTS = {  # by method: before the substeps, each substep, after them
             EACH(PUT(X, $drift(GET(X0), $drift(GET(DX), GET(V), 1.0f), h / 6.0f))
                  PUT(V, $drift(GET(V0), $drift(GET(DV), GET(A), 1.0f), h / 6.0f)))
             flow(2 * s + 2); force(2 * s + 2); EACH(PUT(V, $kick(GET(V), GET(U), still, k, 0.5f * h)))""",
-        "",
     ),
-    "tracer_euler": ("flow(0);", "EACH(PUT(X, $drift(GET(X), GET(U), h))) flow(2 * s + 2);", "EACH(PUT(V, GET(U)))"),
+    "tracer_euler": ("flow(m);", "EACH(PUT(X, $drift(GET(X), GET(U), h))) flow(2 * s + 2); EACH(PUT(V, GET(U)))"),
     "tracer_rk4": (
-        "flow(0);",
+        "flow(m);",
         """EACH(PUT(X0, GET(X)) PUT(DX, GET(U)) PUT(X, $drift(GET(X0), GET(U), 0.5f * h)))
             for (int stage = 0; stage < 2; ++stage) {
                 flow(2 * s + 1);
                 EACH(PUT(DX, $drift(GET(DX), GET(U), 2.0f)) PUT(X, $drift(GET(X0), GET(U), stage == 0 ? 0.5f * h : h)))
             }
             flow(2 * s + 2); EACH(PUT(X, $drift(GET(X0), $drift(GET(DX), GET(U), 1.0f), h / 6.0f)))
-            flow(2 * s + 2);""",
-        "EACH(PUT(V, GET(U)))",
+            flow(2 * s + 2); EACH(PUT(V, GET(U)))""",
     ),
 }
 MACROS = ("GET", "PUT", "ADD", "EACH", "FLOW", "FORCE")
-FORMULAS = (*FLOWS.values(), *FORCES.values(), age_at, drag_rate, active_step, inside, kick, drift)
+FORMULAS = (*FLOWS.values(), *FORCES.values(), age_at, drag_rate, living_step, meet_colliders, inside, kick, drift)
 
 
 def advance_text(name: str) -> str:
     """Assemble the loop of one method."""
-    before, each, after = TEXTS[name]
-    text = PROLOGUE + before + SUBSTEPS + each + EPILOGUE.replace("END", after)
-    text = text.replace("FORCE_LAMBDA", FORCE_LAMBDA if "force(" in before + each else "")  # a tracer's plain loop calls no force
+    feel, step = TEXTS[name]
+    text = PROLOGUE + feel.replace("(m)", "(2 * pace.first)") + SUBSTEPS + step + CONTACTS + EPILOGUE
+    text = text.replace("FEEL_AGAIN", feel.replace("(m)", "(2 * s + 2)"))
+    text = text.replace("FORCE_LAMBDA", FORCE_LAMBDA if "force(" in step else "")  # a tracer's plain loop calls no force
     text = text.replace("FLOW_CASES", cases(FLOWS.values(), "FLOW")).replace("FORCE_CASES", cases(FORCES.values(), "FORCE"))
     return snippet(text.replace("\n    #define", "\n#define"), *FORMULAS) + "".join(f"#undef {macro}\n" for macro in MACROS)
 
 
-def advance_loop(name, method):
+def advance_loop(name, loop):
     """Make the native loop kernel of one method."""
 
     @wp.func_native(advance_text(name))
@@ -176,7 +192,7 @@ def advance_loop(name, method):
     ):
         """Advance a range of particles through the frame."""
         for i in range(begin, end):
-            body = method(gather_body(i, frame, pace, environment, particles), pace, environment)
+            body = loop(i, frame, pace, environment, particles)
             store_body(i, frame, body, pace, environment, particles, counters)
 
     @wp.kernel(name=f"advance_{name}_loop", module=f"warpsim.kernels.loops.{name}", enable_backward=False)
@@ -196,7 +212,7 @@ def advance_loop(name, method):
     return advance_particles
 
 
-ADVANCE = {name: advance_loop(name, method) for name, method in METHODS.items()}
+ADVANCE = {name: advance_loop(name, loop) for name, loop in LOOPS.items()}
 
 FLIGHT = """
     const int S = particles.position.shape[1];

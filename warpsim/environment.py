@@ -7,6 +7,7 @@ import numpy as np
 import warp as wp
 
 from warpsim.kernels import expressions, flow, forces, signals
+from warpsim.kernels.collision import Collider
 from warpsim.kernels.environment import UNSTABLE_POLICIES, sample_moments
 from warpsim.kernels.environment import Environment as EnvironmentRow
 from warpsim.launch import Stage
@@ -133,6 +134,7 @@ class Environment:
         row = EnvironmentRow()
         row.gravity = wp.vec3(*self.scene.gravity) if feels.gravity else wp.vec3()
         row.alpha, row.viscosity = getattr(coupling, "alpha", 0.0), getattr(coupling, "viscosity", 0.0)
+        row.tracer = int(coupling == "tracer")
         row.extent, row.policy = self.scene.limits.extent, UNSTABLE_POLICIES[self.scene.limits.unstable]
         chosen_flow = [] if coupling is None else pick(self.scene.flow, self._flow, feels.flow)
         return row, chosen_flow, pick(self.scene.forces, self._forces, feels.forces)
@@ -165,12 +167,13 @@ class Surroundings:
         self._forces = wp.array(force_rows, dtype=forces.ForceField, device=device)
         row.flow = wp.zeros((moment_count, len(flow_rows)), dtype=flow.FlowPrimitive, device=device)
         row.forces = wp.zeros((moment_count, len(force_rows)), dtype=forces.ForceField, device=device)
-        self.flow, self.forces = row.flow, row.forces
+        row.colliders = wp.zeros((moment_count, 0), dtype=Collider, device=device)
+        self.flow, self.forces, self.colliders = row.flow, row.forces, row.colliders
         self.row = wp.array([row], dtype=EnvironmentRow, device=device)
 
     def change(self, row: EnvironmentRow, flow_rows: list, force_rows: list) -> None:
         """Take other numbers for the same rows, in place."""
-        row.flow, row.forces = self.flow, self.forces
+        row.flow, row.forces, row.colliders = self.flow, self.forces, self.colliders
         self.row.assign(wp.array([row], dtype=EnvironmentRow, device=self.row.device))
         for table, rows in ((self._flow, flow_rows), (self._forces, force_rows)):
             if rows:

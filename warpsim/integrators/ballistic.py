@@ -5,7 +5,7 @@ from typing import ClassVar, final
 import warp as wp
 
 from warpsim.integrators.base import Integrator
-from warpsim.kernels import integration, loops
+from warpsim.kernels import advance, loops
 
 
 @final
@@ -19,4 +19,4 @@ class Ballistic(Integrator):
     @classmethod
     def kernels(cls) -> tuple[wp.Kernel, wp.Kernel]:
         """Return the plain kernel and the native loop."""
-        return integration.advance_ballistic, loops.advance_ballistic
+        return advance.advance_ballistic, loops.advance_ballistic

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import warp as wp
 
-from warpsim.kernels import integration, loops
+from warpsim.kernels import advance, loops
 
 
 class Integrator(ABC):
@@ -25,4 +25,4 @@ class Integrator(ABC):
     @classmethod
     def kernels(cls) -> tuple[wp.Kernel, wp.Kernel]:
         """Return the plain kernel and the native loop."""
-        return integration.ADVANCE[cls.name], loops.ADVANCE[cls.name]
+        return advance.ADVANCE[cls.name], loops.ADVANCE[cls.name]

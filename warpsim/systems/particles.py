@@ -43,6 +43,7 @@ class Particles:
         self.surroundings = environment.feel(spec.feels, spec.coupling, substep_count)
         self.pace = integration.Pace()
         self.pace.dt, self.pace.fps, self.pace.substep_count = 1.0 / (scene.time.fps * substep_count), scene.time.fps, substep_count
+        self.pace.first, self.pace.last = 0, substep_count
         self.particles = self._view("position", "velocity")
         self.newborn = self._view("birth_position", "birth_velocity") if ballistic else self.particles
         self.points = PointPacker(self.population, self.particles, spec.look, scene.time.fps)
@@ -52,8 +53,8 @@ class Particles:
         """Return the population as its kernels see it, with the given fields for position and velocity."""
         view = emission.Particles()
         view.position, view.velocity, view.alive = self.population.field(position), self.population.field(velocity), self.population.alive
-        for name in FIELDS:
-            if name not in ("position", "velocity"):
+        for name in self.population.fields:
+            if name in emission.Particles.vars and name not in ("position", "velocity"):
                 setattr(view, name, self.population.field(name))
         return view
 

@@ -1,0 +1,166 @@
+"""The frame of one particle: its substeps by one method, the colliders in its way, and whether it lives on."""
+
+import warp as wp
+
+from warpsim.kernels.collision import Passage, cross_colliders
+from warpsim.kernels.emission import ACTIVE, FAULT, KILLED, Particles
+from warpsim.kernels.environment import KILL, Environment, drag_rate
+from warpsim.kernels.integration import METHODS, Body, Pace, ballistic_position, drift, inside
+from warpsim.kernels.lifetime import active_step, age_at
+from warpsim.kernels.planar import read3, write3
+
+
+@wp.func
+def gather_body(i: int, frame: int, pace: Pace, environment: Environment, particles: Particles) -> Body:
+    """Return the particle in slot i as a body at the launch's beginning."""
+    body = Body()
+    body.x = read3(particles.position, i)
+    body.v = read3(particles.velocity, i)
+    if particles.internal.shape[0] > 0:
+        body.coupled = 1
+        body.internal = read3(particles.internal, i)
+    if pace.first > 0:
+        body.dead = 1 - particles.alive[i]
+    body.age = age_at(frame, particles.birth_frame[i], particles.birth_age[i], pace.fps)
+    body.lifetime = particles.lifetime[i]
+    body.inverse_mass = 1.0 / particles.mass[i]
+    body.k = drag_rate(environment.alpha, environment.viscosity, particles.radius[i], body.inverse_mass)
+    return body
+
+
+@wp.func(inline=True)
+def age_after(age: float, s: int, pace: Pace) -> float:
+    """Return the age at the end of substep s [s], from that at the frame's end."""
+    return age - float(pace.substep_count - 1 - s) * pace.dt
+
+
+@wp.func(inline=True)
+def living_step(age: float, lifetime: float, dead: int, s: int, pace: Pace) -> float:
+    """Return the part of substep s in which a body lives [s]; age is that at the frame's end."""
+    return active_step(age_after(age, s, pace), pace.dt, wp.where(dead == 1, 0.0, lifetime))
+
+
+@wp.func
+def meet_colliders(
+    i: int,
+    s: int,
+    h: float,
+    age: float,
+    x0: wp.vec3,
+    v0: wp.vec3,
+    x1: wp.vec3,
+    v1: wp.vec3,
+    pace: Pace,
+    environment: Environment,
+    particles: Particles,
+) -> Passage:
+    """Return how the particle in slot i, alive for h of substep s, gets past the colliders; note its first impact of the frame."""
+    begin = wp.clamp(1.0 - age_after(age, s, pace) / pace.dt, 0.0, 1.0)  # born on the way: the colliders have moved already
+    end = begin + h / pace.dt
+    return cross_colliders(environment.colliders, 2 * s, begin, end, h, x0, v0, x1, v1, environment.tracer)
+
+
+@wp.func
+def store_body(
+    i: int, frame: int, body: Body, pace: Pace, environment: Environment, particles_out: Particles, counters_inout: wp.array[wp.int64]
+):
+    """Store where the body is and, at the frame's end, whether it lives on and whether it left the scene's extent."""
+    write3(particles_out.position, i, body.x)
+    write3(particles_out.velocity, i, body.v)
+    alive = 1 - body.dead
+    if pace.last == pace.substep_count:
+        age = age_at(frame, particles_out.birth_frame[i], particles_out.birth_age[i], pace.fps)
+        alive = alive * wp.where(age < body.lifetime, 1, 0)
+        if alive == 1 and inside(body.x, body.v, environment.extent) == 0:
+            if environment.policy == KILL:
+                alive = 0
+                wp.atomic_add(counters_inout, KILLED, wp.int64(1))
+            else:
+                counters_inout[FAULT] = wp.int64(1)
+    particles_out.alive[i] = alive
+
+
+def frame_loop(feel, step):
+    """Make the loop over a launch's substeps for one method."""
+
+    @wp.func
+    def advance_body(i: int, frame: int, pace: Pace, environment: Environment, particles: Particles) -> Body:
+        """Return the body in slot i after the launch's substeps."""
+        body = feel(gather_body(i, frame, pace, environment, particles), 2 * pace.first, environment)
+        for s in range(pace.first, pace.last):
+            h = living_step(body.age, body.lifetime, body.dead, s, pace)
+            x0 = body.x
+            v0 = body.v
+            body = step(body, s, h, environment)
+            if environment.colliders.shape[1] > 0 and h > 0.0:
+                passage = meet_colliders(i, s, h, body.age, x0, v0, body.x, body.v, pace, environment, particles)
+                body.x = passage.x
+                body.v = passage.v
+                body.dead = passage.dead
+                if passage.hits > 0:
+                    body = feel(body, 2 * s + 2, environment)
+        return body
+
+    return advance_body
+
+
+def advance_kernel(name, loop):
+    """Make the plain kernel of one method."""
+
+    @wp.kernel(name=f"advance_{name}", module=f"warpsim.kernels.advance.{name}", enable_backward=False)
+    def advance_particles(
+        first: int,
+        pace: Pace,
+        clock: wp.array[wp.int64],
+        environment: wp.array[Environment],
+        particles_inout: Particles,
+        counters_inout: wp.array[wp.int64],
+    ):
+        """Advance every active particle through the frame; the environment is one row, so that what it holds stays live."""
+        i = first + wp.tid()
+        if wp.int64(i) < counters_inout[ACTIVE]:
+            frame = int(clock[0])
+            body = loop(i, frame, pace, environment[0], particles_inout)
+            store_body(i, frame, body, pace, environment[0], particles_inout, counters_inout)
+
+    return advance_particles
+
+
+LOOPS = {name: frame_loop(feel, step) for name, (feel, step) in METHODS.items()}
+ADVANCE = {name: advance_kernel(name, loop) for name, loop in LOOPS.items()}
+
+
+@wp.func
+def advance_flight(
+    i: int,
+    frame: int,
+    pace: Pace,
+    environment: Environment,
+    births: Particles,
+    particles_out: Particles,
+    counters_inout: wp.array[wp.int64],
+):
+    """Place the particle in slot i on its arc since birth."""
+    age = age_at(frame, births.birth_frame[i], births.birth_age[i], pace.fps)
+    t = wp.min(age, births.lifetime[i])
+    body = Body()
+    body.x = ballistic_position(read3(births.position, i), read3(births.velocity, i), environment.gravity, t)
+    body.v = drift(read3(births.velocity, i), environment.gravity, t)
+    body.lifetime = births.lifetime[i]
+    store_body(i, frame, body, pace, environment, particles_out, counters_inout)
+
+
+@wp.kernel(enable_backward=False)
+def advance_ballistic(
+    first: int,
+    pace: Pace,
+    clock: wp.array[wp.int64],
+    environment: wp.array[Environment],
+    births: Particles,
+    particles_out: Particles,
+    counters_inout: wp.array[wp.int64],
+):
+    """Place every active particle on its arc; position and velocity in `births` are those at birth."""
+    i = first + wp.tid()
+    if wp.int64(i) < counters_inout[ACTIVE]:
+        advance_flight(i, int(clock[0]), pace, environment[0], births, particles_out, counters_inout)
