@@ -6,6 +6,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from warpsim.scene import Scene
+from warpsim.scene.assets import assets_of
 from warpsim.scene.loader import load_text
 from warpsim.scene.resolved import resolved_yaml
 from warpsim.scene.strengths import Formula, Keyframes, Sine
@@ -31,7 +32,8 @@ class FixedField(ValueError):
 
 def changed_scene(scene: Scene, path: str, value: str) -> Scene:
     """Return the scene with one number changed. Raises SceneError if the change is not valid, FixedField if it needs a new start."""
-    fresh = load_text(resolved_yaml(scene), "the running scene", overrides=[f"{path}={value}"])
+    folder = next((asset.folder for asset in assets_of(scene)), None)
+    fresh = load_text(resolved_yaml(scene), "the running scene", overrides=[f"{path}={value}"], folder=folder)
     obstacle = difference(scene, fresh, ())
     if obstacle:
         raise FixedField(f"{obstacle} cannot change while the scene runs: restart it with --set {path}={value}")

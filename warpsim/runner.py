@@ -19,6 +19,7 @@ from warpsim.interruption import Interruption
 from warpsim.playback import Playback, never, reason_of
 from warpsim.reporting import Audience, Logged, Report
 from warpsim.scene import SceneError
+from warpsim.scene.assets import recorded_assets
 
 SWITCH_INTERVAL = 5e-4  # s; Python's 5 ms, with the viewer's thread beside the run, makes a frame of 2 ms take 21
 
@@ -100,7 +101,7 @@ def run_scene(scene, settings: Settings, audience: Audience, stop: Interruption)
             simulation = _built(scene, device, settings.threads, audience, viewer)
             simulation.changes = [Change(*change) for change in settings.changes]
             if recorder:
-                recorder.begin(settings.record_text(scene, device, simulation.threads))
+                recorder.begin(settings.record_text(scene, device, simulation.threads), recorded_assets(scene))
             frame_count = simulation.frame_count if showing.frame_count is None else showing.frame_count
             lines = (lambda: streamlines(simulation)) if scene.viewer.streamlines else None
             filming = Filming(scene, showing.film, audience.note, lines)
@@ -114,7 +115,7 @@ def run_scene(scene, settings: Settings, audience: Audience, stop: Interruption)
             saved = save_state(error.last_good, scene.name, recorder and recorder.folder, audience.note) if error.last_good else None
             if recorder:
                 if not recorder.begun:
-                    recorder.begin(settings.record_text(scene, device, settings.threads))
+                    recorder.begin(settings.record_text(scene, device, settings.threads), recorded_assets(scene))
                 recorder.log(f"unstable: {error}")
             report = playback and playback.final_report()
             if playback:

@@ -25,7 +25,7 @@ def scene_text(scene, device: str, threads: int | None) -> str:
         "threads": threads or "all",
         "seed": scene.seed,
     }
-    return "".join(f"# {name}: {value}\n" for name, value in facts.items()) + resolved_yaml(scene)
+    return "".join(f"# {name}: {value}\n" for name, value in facts.items()) + resolved_yaml(scene, recorded=True)
 
 
 def processor_features() -> list[str]:

@@ -4,6 +4,7 @@ scene.yaml         the resolved scene, under a header of comments that tells wha
 frames/NNNNNN.npz  per system NAME.position, NAME.velocity, … of the living particles, and index, time [s]
 frames.jsonl       one line per whole frame: its file, the file's SHA-256, live counts, state hash, and the chain of state hashes so far
 stats.csv          time [s] and per system live, born, refused, killed (counts), kinetic_energy [J]
+assets/            copies of the files that the scene names
 changes.jsonl      one line per number that was changed while it ran: before the step from frame index, path became value
 lastgood.npz       the last good state of a run that was interrupted or blew up
 log.txt            what the run said, with the date
@@ -14,7 +15,9 @@ import hashlib
 import io
 import json
 import re
+import shutil
 import time
+from collections.abc import Iterable
 from pathlib import Path
 
 from warpsim.files import LineFile, sweep, whole_file, write_text
@@ -52,8 +55,12 @@ class Recorder:
         """Whether the folder is a run folder by now."""
         return self._log is not None
 
-    def begin(self, scene_text: str) -> None:
-        """Write scene.yaml, which makes the folder a run folder, and open the growing files."""
+    def begin(self, scene_text: str, assets: Iterable[tuple[str, Path]] = ()) -> None:
+        """Copy the files that the scene names, write scene.yaml, which makes the folder a run folder, and open the growing files."""
+        for name, source in assets:
+            (self.folder / name).parent.mkdir(parents=True, exist_ok=True)
+            with source.open("rb") as original, whole_file(self.folder / name) as copy:
+                shutil.copyfileobj(original, copy)
         write_text(self.folder / "scene.yaml", f"{HEADER}\n{scene_text}")
         (self.folder / "frames").mkdir(exist_ok=True)
         self._index = LineFile(self.folder / "frames.jsonl")

@@ -20,16 +20,25 @@ def load_scene(scene: str | Path, overrides: Iterable[str] = (), seed: int | Non
     (UnknownSceneError for an unknown name).
     """
     path = find_scene(scene)
-    return load_text(decode(_read(path), str(path)), str(path), overrides, seed)
+    return load_text(decode(_read(path), str(path)), str(path), overrides, seed, path.parent)
 
 
-def load_text(text: str, name: str = "scene", overrides: Iterable[str] = (), seed: int | None = None) -> Scene:
-    """Load a scene from its text; `name` stands in for the file's name in messages. Raises SceneError with all mistakes."""
+def load_text(
+    text: str,
+    name: str = "scene",
+    overrides: Iterable[str] = (),
+    seed: int | None = None,
+    folder: Path | None = Path(),  # noqa: B008
+) -> Scene:
+    """Load a scene from its text; `name` stands in for the file's name in messages. Raises SceneError with all mistakes.
+
+    The files that it names must lie under `folder`, by default the current one; with None they may lie anywhere.
+    """
     root, problems = parse(text, name)
     if not isinstance(root, Mapping):
         raise SceneError([*problems, root.problem('a scene is a mapping of "key: value" lines, beginning with "name: …"')])
     root, more = apply_overrides(root, [*overrides, *([f"seed={seed}"] if seed is not None else [])])
-    return validate(root, problems + more)
+    return validate(root, problems + more, folder)
 
 
 def _read(path: Path) -> bytes:

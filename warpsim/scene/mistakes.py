@@ -4,6 +4,8 @@ pydantic finds what it can in one pass; rules between fields run only where the 
 (misspelled keys renamed, wrong values dropped for their defaults) and validated again, until nothing new turns up.
 """
 
+from pathlib import Path
+
 from pydantic import ValidationError
 
 from warpsim.scene.mending import mend
@@ -18,13 +20,16 @@ MOST_PASSES = 5
 MOST_PER_PASS = 300
 
 
-def validate(root: Mapping, problems: list[Problem]) -> Scene:
-    """Validate a tree and return its Scene. Raises SceneError with `problems` (found before) and all mistakes, in the order of the text."""
+def validate(root: Mapping, problems: list[Problem], folder: Path | None) -> Scene:
+    """Validate a tree and return its Scene; the files that it names are under `folder` (None: anywhere).
+
+    Raises SceneError with `problems` (found before) and all mistakes, in the order of the text.
+    """
     found = list(problems)
     dropped: set[tuple[str | int, ...]] = set()
     for _ in range(MOST_PASSES):
         try:
-            scene = Scene.model_validate(root.data())
+            scene = Scene.model_validate(root.data(), context={"folder": folder})
         except ValidationError as error:
             errors = error.errors(include_url=False, include_input=False)[:MOST_PER_PASS]
         else:

@@ -4,6 +4,7 @@ from typing import Any
 
 import yaml
 
+from warpsim.scene.assets import Asset, recorded_name
 from warpsim.scene.base import ShortSpec, Spec
 from warpsim.scene.scene import Scene
 from warpsim.scene.yaml12 import SCALAR_FORMS
@@ -11,12 +12,14 @@ from warpsim.scene.yaml12 import SCALAR_FORMS
 _PLAIN_LINE = 140
 
 
-def resolved_yaml(scene: Scene) -> str:
-    """Return the YAML text of a scene with every value in effect."""
-    return yaml.dump(as_plain(scene), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=_PLAIN_LINE, default_flow_style=None)
+def resolved_yaml(scene: Scene, recorded: bool = False) -> str:
+    """Return the YAML text of a scene with every value in effect; `recorded`: for a run folder, which has copies of the scene's files."""
+    return yaml.dump(
+        as_plain(scene, recorded), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=_PLAIN_LINE, default_flow_style=None
+    )
 
 
-def as_plain(value: Any) -> Any:
+def as_plain(value: Any, recorded: bool = False) -> Any:
     """Return a spec as dicts, lists and numbers in the order a reader expects; fields without a value are left out.
 
     Name and type come first, what all kinds of a family have comes last.
@@ -27,12 +30,14 @@ def as_plain(value: Any) -> Any:
             return dumped["over_life"][0][1] if len(value.stops) == 1 and value.stops[0][0] == 0.0 else dumped
         own = type(value).__annotations__
         keys = sorted(type(value).model_fields, key=lambda key: {"name": 0, "type": 1}.get(key, 2 if key in own else 3))
-        fields = {type(value).model_fields[key].alias or key: as_plain(getattr(value, key)) for key in keys}
+        fields = {type(value).model_fields[key].alias or key: as_plain(getattr(value, key), recorded) for key in keys}
         return {key: field for key, field in fields.items() if field is not None}
+    if isinstance(value, Asset):
+        return recorded_name(value) if recorded else str(value)
     if isinstance(value, (tuple, list)):
-        return [as_plain(item) for item in value]
+        return [as_plain(item, recorded) for item in value]
     if isinstance(value, dict):
-        return {key: as_plain(item) for key, item in value.items()}
+        return {key: as_plain(item, recorded) for key, item in value.items()}
     return value
 
 

@@ -227,6 +227,10 @@ def _name(error: dict[str, Any], place: Place, root: Node) -> Problem:
     return _problem(place, f"at most {limit} characters, got {len(text)}" if limit else "must not be empty")
 
 
+def _asset(error: dict[str, Any], place: Place, root: Node) -> Problem:
+    return _problem(place, error["ctx"]["what"], error["ctx"]["suggestion"] or None)
+
+
 def _expression(error: dict[str, Any], place: Place, root: Node) -> Problem:
     context = error["ctx"]
     node = place.node
@@ -253,4 +257,5 @@ _WORDS = {
     "string_too_long": _name,
     "string_pattern_mismatch": _name,
     "expression": _expression,
+    "asset": _asset,
 }
