@@ -16,6 +16,7 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "files": "",
     "kernel_cache": "",
     "interruption": "",
+    "meshes": "scene",
     "launch": "kernels",
     "population": "kernels launch",
     "environment": "kernels scene launch population",
