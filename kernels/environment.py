@@ -58,7 +58,7 @@ def sample_moments(
     t = start_time[0] + wp.float64(j) * spacing
     for k in range(primitives.shape[0]):
         primitive = primitives[k]
-        primitive.strength = sample_strength(signals, primitive.signal, t)
+        primitive.strength = primitive.gain * sample_strength(signals, primitive.signal, t)
         flow_out[j, k] = primitive
     for k in range(fields.shape[0]):
         field = fields[k]

@@ -25,7 +25,8 @@ class FlowPrimitive:
     direction: wp.vec3  # unit vector
     core_radius: float  # [m]
     signal: wp.vec3i  # rows of the signals that give the strength; -1: zero
-    strength: wp.vec3  # (U [m/s] | V′ | Γ | μ [m³/s] | ω [rad/s], …) at the time of the table
+    gain: wp.mat33  # strength = gain · signals: an image's share of what it answers, a doublet's direction
+    strength: wp.vec3  # (U [m/s] | V′ | Γ | ω [rad/s], …) or a doublet's moment [m³/s] at the time of the table
 
 
 @wp.func(inline=True)
@@ -75,10 +76,10 @@ def sample_vortex(p: FlowPrimitive, x: wp.vec3) -> wp.vec3:
 
 @wp.func(inline=True)
 def sample_doublet(p: FlowPrimitive, x: wp.vec3) -> wp.vec3:
-    """Return v = μ/r² (e − 2 (e·r̂) r̂) against a uniform U e: with μ = U R² no flow crosses r = R.  Source: Milne-Thomson 1968, §6.22."""
+    """Return v = (m − 2 (m·r̂) r̂)/r² against a uniform U: with m = R² U no flow crosses r = R.  Source: Milne-Thomson 1968, §6.22."""
     d = from_axis(p, x)
     r2 = wp.dot(d, d) + SMALLEST_R2
-    return (p.direction - d * (2.0 * wp.dot(d, p.direction) / r2)) * (p.strength[0] / r2)
+    return (p.strength - d * (2.0 * wp.dot(d, p.strength) / r2)) / r2
 
 
 @wp.func(inline=True)

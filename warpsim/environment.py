@@ -2,17 +2,22 @@
 
 import math
 from collections.abc import Sequence
+from itertools import chain
 
 import numpy as np
 import warp as wp
 
+from warpsim.images import CylinderImages, answered
 from warpsim.kernels import expressions, flow, forces, signals
 from warpsim.kernels.collision import Collider
 from warpsim.kernels.environment import UNSTABLE_POLICIES, sample_moments
 from warpsim.kernels.environment import Environment as EnvironmentRow
 from warpsim.launch import Stage
 from warpsim.scene import Scene
+from warpsim.scene.obstacles import answers
 from warpsim.scene.strengths import Formula, Keyframes, Sine
+
+IDENTITY = wp.mat33(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 
 class SignalTable:
@@ -77,16 +82,26 @@ def flow_row(spec, table: SignalTable) -> flow.FlowPrimitive:
     row = flow.FlowPrimitive()
     row.kind = list(flow.FLOWS).index(spec.type)
     row.signal = strength_signals(getattr(spec, spec.strength_field), table)
-    row.core_radius = 1.0
+    row.gain, row.core_radius = IDENTITY, 1.0
     if hasattr(spec, "center"):
         row.center = wp.vec3(*spec.center)
     if hasattr(spec, "axis"):
         row.axis = unit(spec.axis)
     if hasattr(spec, "direction"):
         row.direction = across(spec.axis, spec.direction)
+    if spec.type == "doublet":
+        row.gain = wp.mat33(*(x for component in row.direction for x in (component, 0.0, 0.0)))  # its moment is strength times direction
     if hasattr(spec, "core"):
         row.core, row.core_radius = flow.CORES[spec.core.model], spec.core.radius or 1.0
     return row
+
+
+def bound_row(spec, table: SignalTable) -> flow.FlowPrimitive:
+    """Make the row of a cylinder's own circulation."""
+    row = flow.FlowPrimitive()
+    row.kind, row.gain = list(flow.FLOWS).index("vortex"), IDENTITY
+    row.signal = strength_signals(spec.circulation, table)
+    return CylinderImages(spec).own(row)
 
 
 def force_row(spec, table: SignalTable) -> forces.ForceField:
@@ -115,7 +130,10 @@ class Environment:
 
     def _rows_of(self, scene: Scene) -> SignalTable:
         table = SignalTable()
-        self._flow = [flow_row(spec, table) for spec in scene.flow]
+        self._flow = []  # per primitive: its row, and those of its images
+        for place, spec in enumerate(scene.flow):
+            self._flow.append(answered(flow_row(spec, table), [obstacle for obstacle in scene.obstacles if answers(obstacle, place, spec)]))
+        self._bound = [bound_row(spec, table) for spec in scene.obstacles if spec.type == "cylinder"]  # felt by who feels any flow
         self._forces = [force_row(spec, table) for spec in scene.forces]
         return table
 
@@ -136,12 +154,12 @@ class Environment:
         row.alpha, row.viscosity = getattr(coupling, "alpha", 0.0), getattr(coupling, "viscosity", 0.0)
         row.tracer = int(coupling == "tracer")
         row.extent, row.policy = self.scene.limits.extent, UNSTABLE_POLICIES[self.scene.limits.unstable]
-        chosen_flow = [] if coupling is None else pick(self.scene.flow, self._flow, feels.flow)
-        return row, chosen_flow, pick(self.scene.forces, self._forces, feels.forces)
+        groups = [] if coupling is None or not feels.flow else [*pick(self.scene.flow, self._flow, feels.flow), self._bound]
+        return row, [*chain(*groups)], pick(self.scene.forces, self._forces, feels.forces)
 
     def everything(self) -> tuple[EnvironmentRow, list, list]:
         """Return what a probe feels: the whole flow."""
-        return EnvironmentRow(), self._flow, []
+        return EnvironmentRow(), [*chain(*self._flow, self._bound)], []
 
     def probe(self) -> "Surroundings":
         """Return tables of the whole flow with a single moment, for probes; their time is their own."""
@@ -149,7 +167,7 @@ class Environment:
 
 
 def pick(specs: Sequence, rows: list, chosen) -> list:
-    """Return the rows a system feels: all, none, or those named by name or place."""
+    """Return what of the rows a system feels: all, none, or those named by name or place."""
     if isinstance(chosen, bool):
         return rows if chosen else []
     numbered = enumerate(zip(specs, rows, strict=True))

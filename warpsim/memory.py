@@ -4,9 +4,10 @@ import math
 import os
 
 from warpsim.scene import Scene, SceneError
+from warpsim.scene.obstacles import answers
 
 BYTES_PER_PARTICLE = 60  # fields (52), flag of the living, and the place in a snapshot's index; a test holds it to the population's own
-BYTES_PER_PRIMITIVE = 96  # one row of a table of flow or forces
+BYTES_PER_PRIMITIVE = 160  # one row of a table of flow or forces
 BYTES_PER_SEGMENT = 40  # a run of births within a frame
 GIB = 1 << 30
 
@@ -23,8 +24,15 @@ def estimate_memory(scene: Scene) -> int:
         more = (24 if system.motion == "ballistic" else 0) + (12 * system.look.trail.points if system.look.trail else 0)
         total += 3 * system.capacity * (BYTES_PER_PARTICLE + more)  # the state, that of frame 0, and the last good one
         total += sum(BYTES_PER_SEGMENT * pieces(emitter, scene.time.fps) for emitter in system.emitters)
-        total += (2 * substep_count + 1) * (len(scene.flow) + len(scene.forces)) * BYTES_PER_PRIMITIVE
+        total += (2 * substep_count + 1) * (flow_row_count(scene) + len(scene.forces)) * BYTES_PER_PRIMITIVE
     return total
+
+
+def flow_row_count(scene: Scene) -> int:
+    """Return the most rows that the flow's table has: primitives, their images at obstacles, the obstacles' own circulations."""
+    shares = {"cylinder": 3, "wall": 2}
+    answered = [[shares[obstacle.type] for obstacle in scene.obstacles if answers(obstacle, k, spec)] for k, spec in enumerate(scene.flow)]
+    return sum(map(math.prod, answered)) + len(scene.obstacles)
 
 
 def pieces(emitter, fps: float) -> int:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-ARRAYS = "launch population environment integrators systems"  # the rooms that own device arrays
+ARRAYS = "launch population environment images integrators systems"  # the rooms that own device arrays
 PLAYING = "playback reporting filming streamlines"  # what a run and a recorded run are shown with
 SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (the version) is open to all
     "kernels": "",
@@ -19,7 +19,8 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "meshes": "scene",
     "launch": "kernels",
     "population": "kernels launch",
-    "environment": "kernels scene launch population",
+    "images": "kernels",
+    "environment": "kernels scene images launch population",
     "integrators": "kernels launch population environment",
     "systems": "kernels scene launch population environment integrators frame memory",
     "frame": "kernels launch population",

@@ -31,6 +31,8 @@ def flow_row(p: Primitive) -> flow.FlowPrimitive:
     row.kind, row.core, row.core_radius = list(flow.FLOWS).index(p.type), flow.CORES[p.core], p.core_radius
     row.center, row.axis, row.direction = wp.vec3(*p.center), wp.vec3(*unit(p.axis)), across(p.axis, p.direction)
     row.strength = wp.vec3(*p.strength) if isinstance(p.strength, tuple) else wp.vec3(p.strength, 0.0, 0.0)
+    if p.type == "doublet":
+        row.strength = row.direction * p.strength  # its moment
     return row
 
 

@@ -14,12 +14,13 @@ def emitter(count: int | None = None, at: float = 0.0, **keys) -> dict:
 
 
 def scene(
-    *emitters, fps=60, substeps=4, seed=1, prewarm=0.0, gravity=(0, 0, 0), flow=(), forces=(), limits=None, **system
+    *emitters, fps=60, substeps=4, seed=1, prewarm=0.0, gravity=(0, 0, 0), flow=(), obstacles=(), forces=(), limits=None, **system
 ) -> warpsim.Scene:
     """A scene of one particle system."""
     particles = {"type": "particles", "capacity": 10_000, "emitters": list(emitters), **system}
     document = {"name": "law", "seed": seed, "time": {"fps": fps, "substeps": substeps, "prewarm": prewarm}}
-    document |= {"gravity": gravity, "flow": list(flow), "forces": list(forces), "limits": limits or {}, "systems": {"p": particles}}
+    document |= {"gravity": gravity, "flow": list(flow), "forces": list(forces), "systems": {"p": particles}}
+    document |= {"obstacles": list(obstacles), "limits": limits or {}}
     return warpsim.Scene.model_validate(document)
 
 

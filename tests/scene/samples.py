@@ -23,6 +23,9 @@ flow:
     direction: [1, 0, 0]
     strength: {sine: {mean: 1, amplitude: 0.5, period: 2.0, phase: 1.57}}
   - {type: rotation, center: [0, 0, 0], axis: [0, 1, 0], angular_velocity: 0.2}
+obstacles:
+  - {name: mast, type: cylinder, center: [3, 0, 0], axis: [0, 1, 0], radius: 0.2, circulation: {sine: {amplitude: 0.7, period: 5}}, answers: [0]}
+  - {type: wall, center: [0, -9, 0], normal: [1, 0, 0], answers: false}
 forces:
   - {name: sun, type: attractor, center: [0, 2, 0], strength: 1.5}
   - {type: attractor, center: [3, 2, 0], strength: 2, law: inverse_square, softening: 0.05}

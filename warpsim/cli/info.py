@@ -65,6 +65,7 @@ def _scene_facts(path: Path) -> dict[str, object]:
         "seed": scene.seed,
         "gravity": _list_of(scene.gravity) + " m/s^2",
         "flow": [_entry(entry) for entry in scene.flow],
+        "obstacles": [_entry(entry) for entry in scene.obstacles],
         "forces": [_entry(entry) for entry in scene.forces],
         "systems": [_system(name, system) for name, system in scene.systems.items()],
         "controls": [f"{slider.label}: {slider.min:g} to {slider.max:g} ({slider.path})" for slider in scene.sliders],

@@ -51,8 +51,8 @@ class Mistake(NamedTuple):
     path: tuple[str | int, ...]
     """Below the model that holds the rule."""
     message: str
-    depends: tuple[str, ...] = ()
-    """Keys the rule reads: where one of them is wrong itself, this message would only confuse and is left out."""
+    depends: tuple[str | tuple[str | int, ...], ...] = ()
+    """Keys the rule reads, or paths to them: where one of them is wrong itself, this message would only confuse and is left out."""
     suggestion: str | None = None
 
 

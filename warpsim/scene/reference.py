@@ -12,6 +12,7 @@ from warpsim.scene.fields import Slot, bounds_of, choices_of, default_of, forms,
 from warpsim.scene.flow import Core, FlowPrimitive
 from warpsim.scene.forces import Force
 from warpsim.scene.look import ColorBy, ColorRamp, Look, Ramp, Trail
+from warpsim.scene.obstacles import Obstacle
 from warpsim.scene.particles import Drag, Feels, Particles, StokesDrag
 from warpsim.scene.phrases import in_words, range_in_words
 from warpsim.scene.scene import Limits, Scene
@@ -31,6 +32,7 @@ up. A file has at most 1 MiB, 64 levels, 200 000 values and 1 000 aliases.
 _PARTS: tuple[tuple[str, str, tuple[type[Spec], ...]], ...] = (
     ("Scene", "The top level.", (Scene, Time, Limits, Camera, Viewing, Control)),
     ("Flow", "Entries of `flow`, told apart by `type`; their velocities add up.", (FlowPrimitive, Core)),
+    ("Obstacles", "Entries of `obstacles`, told apart by `type`; the flow goes round them.", (Obstacle,)),
     ("Forces", "Entries of `forces`, told apart by `type`.", (Force,)),
     ("Particles", "Entries of `systems` with `type: particles`.", (Particles, Feels, Drag, StokesDrag)),
     ("Emitters", "Entries of `emitters`.", (Emitter, Rate, Burst, Velocity, Distribution)),

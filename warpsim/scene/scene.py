@@ -9,6 +9,7 @@ from warpsim.scene.camera import Camera
 from warpsim.scene.flow import FlowUnion
 from warpsim.scene.forces import ForceUnion
 from warpsim.scene.nearest import listed, nearest
+from warpsim.scene.obstacles import ObstacleUnion, unanswerable
 from warpsim.scene.particles import Particles, SystemUnion, repeated_names
 from warpsim.scene.timing import Time
 from warpsim.scene.viewing import Controls, NoSuchNumber, Slider, Viewing, sliders_of
@@ -39,6 +40,7 @@ class Scene(Spec):
     time: Time = Field(Time(), description="Frames, steps and duration.")
     gravity: Vec3 = Field((0.0, -9.81, 0.0), description="Acceleration of gravity [m/s^2].")
     flow: tuple[FlowUnion, ...] = Field((), max_length=4096, description="Flow primitives; their velocities add up.")
+    obstacles: tuple[ObstacleUnion, ...] = Field((), max_length=16, description="Bodies that the flow goes round.")
     forces: tuple[ForceUnion, ...] = Field((), max_length=4096, description="Force fields; they add up.")
     systems: dict[Name, SystemUnion] = Field({}, description="Systems by name; may be empty (a flow to look at and probe).")
     camera: Camera | None = Field(None, description="Where the viewer looks from; absent: chosen to see everything.")
@@ -48,7 +50,10 @@ class Scene(Spec):
 
     @model_validator(mode="after")
     def _names_agree(self):
-        found = repeated_names("flow", self.flow) + repeated_names("forces", self.forces)
+        found = [mistake for key in ("flow", "obstacles", "forces") for mistake in repeated_names(key, getattr(self, key))]
+        for k, obstacle in enumerate(self.obstacles):
+            found += _unknown_entries(("obstacles", k, "answers"), "flow", obstacle.answers, self.flow)
+        found += unanswerable(self.obstacles, self.flow)
         for name, system in self.systems.items():
             for key, entries in (("flow", self.flow), ("forces", self.forces)):
                 found += _unknown_entries(("systems", name, "feels", key), key, getattr(system.feels, key), entries)
@@ -73,7 +78,7 @@ def _lost_controls(scene: Scene) -> list[Mistake]:
         try:
             sliders_of(scene, control)
         except NoSuchNumber as error:
-            found.append(Mistake(("controls", k, "path"), str(error), ("flow", "forces", "systems"), error.suggestion))
+            found.append(Mistake(("controls", k, "path"), str(error), ("flow", "obstacles", "forces", "systems"), error.suggestion))
     return found
 
 

@@ -65,7 +65,7 @@ def _wrong_kind(place: Place) -> Problem:
 def _rule(error: dict[str, Any], place: Place, root: Node, dropped: set) -> list[Problem]:
     problems = []
     for mistake in error["ctx"]["found"]:
-        reads = [(*place.path, key) for key in mistake.depends]
+        reads = [(*place.path, *((key,) if isinstance(key, str) else key)) for key in mistake.depends]
         if any(_spoils(path, read) for path in dropped for read in reads):
             continue
         at = point_at(root, (*error["loc"], *mistake.path))
