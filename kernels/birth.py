@@ -2,10 +2,23 @@
 
 import warp as wp
 
+from warpsim.kernels.colors import WHITE, multiply_colors
 from warpsim.kernels.elementary import cos_turns, sin_turns
-from warpsim.kernels.emission import BORN, LIVE, NEXT_ID, NORMAL, Births, Distribution, Emitter, Particles, Plan, Segment
-from warpsim.kernels.planar import write3
-from warpsim.kernels.random import BULK, LIFE, POSITION, SIZE, VELOCITY, normal, random_words, uniform, uniform_positive, uniform_signed
+from warpsim.kernels.emission import BORN, LIVE, NEXT_ID, NORMAL, Births, Distribution, Emitter, EventLog, Particles, Plan, Segment
+from warpsim.kernels.planar import read3, write3
+from warpsim.kernels.random import (
+    BULK,
+    LIFE,
+    LINEAGE,
+    POSITION,
+    SIZE,
+    VELOCITY,
+    normal,
+    random_words,
+    uniform,
+    uniform_positive,
+    uniform_signed,
+)
 
 SMALLEST_LIFETIME = wp.constant(1.0e-6)  # [s]: "lifetimes are clipped to > 0"
 SMALLEST_BULK = wp.constant(1.0e-12)  # [kg], [m]
@@ -143,6 +156,15 @@ def born_radius(emitter: Emitter, ordinal: wp.int64) -> float:
 
 
 @wp.func
+def born_tint(births: Births, emitter: Emitter, ordinal: wp.int64) -> wp.uint32:
+    """Return one of the emitter's colors, each as likely as the others; white if it has none."""
+    if emitter.colors[1] == 0:
+        return WHITE
+    chosen = int(uniform(random_words(emitter.key, ordinal, SIZE)[2]) * float(emitter.colors[1]))
+    return births.colors[emitter.colors[0] + wp.min(chosen, emitter.colors[1] - 1)]
+
+
+@wp.func
 def emit_particle(i: int, j: int, id: wp.int64, births: Births, segment: Segment, particles_out: Particles):
     """Fill slot i with birth j of a segment."""
     emitter = births.emitters[segment.emitter]
@@ -156,6 +178,37 @@ def emit_particle(i: int, j: int, id: wp.int64, births: Births, segment: Segment
     particles_out.radius[i] = born_radius(emitter, ordinal)
     particles_out.id[0, i] = wp.uint32(id)
     particles_out.id[1, i] = wp.uint32(id >> wp.int64(32))
+    if particles_out.tint.shape[0] > 0:
+        particles_out.tint[i] = born_tint(births, emitter, ordinal)
+    if particles_out.lineage.shape[0] > 0:
+        words = random_words(emitter.key, ordinal, LINEAGE)
+        particles_out.lineage[0, i] = words[0]
+        particles_out.lineage[1, i] = words[1]
+
+
+@wp.func
+def event_segment(births: Births, segment: Segment, k: int) -> Segment:
+    """Return the part of a segment of children that is the event's of the frame's birth k, with ordinals that grow from its lineage."""
+    emitter = births.emitters[segment.emitter]
+    log = births.logs[emitter.log]
+    q = (k - segment.begin) // emitter.per_event
+    one = segment
+    one.begin = segment.begin + q * emitter.per_event
+    one.end = one.begin + emitter.per_event
+    one.ordinal = (wp.int64(log.lineage[1, q]) << wp.int64(32)) + wp.int64(log.lineage[0, q])
+    one.ordinal = one.ordinal + wp.int64(log.number[q]) * wp.int64(emitter.per_event)
+    one.age = log.since[q]
+    one.width = 0.0
+    return one
+
+
+@wp.func
+def inherit(i: int, q: int, emitter: Emitter, log: EventLog, particles_inout: Particles):
+    """Move the newborn in slot i to the place of event q, with its share of the velocity there: x + X, v + share V; and the color."""
+    write3(particles_inout.position, i, read3(particles_inout.position, i) + read3(log.position, q))
+    write3(particles_inout.velocity, i, read3(particles_inout.velocity, i) + read3(log.velocity, q) * emitter.share)
+    if emitter.color_share == 1:
+        particles_inout.tint[i] = multiply_colors(particles_inout.tint[i], log.tint[q])
 
 
 @wp.func
@@ -178,4 +231,11 @@ def emit_particles(first: int, births: Births, plan: Plan, counters: wp.array[wp
             s = s + 1
         i = int(counters[LIVE]) + k
         id = first_id(plan, counters) + wp.int64(k)
-        emit_particle(i, k - plan.segments[s].begin, id, births, plan.segments[s], particles_out)
+        segment = plan.segments[s]
+        emitter = births.emitters[segment.emitter]
+        if emitter.log < 0:
+            emit_particle(i, k - segment.begin, id, births, segment, particles_out)
+        else:
+            one = event_segment(births, segment, k)
+            emit_particle(i, k - one.begin, id, births, one, particles_out)
+            inherit(i, (k - segment.begin) // emitter.per_event, emitter, births.logs[emitter.log], particles_out)

@@ -13,7 +13,7 @@ from warpsim.kernels.signals import Signals, sample_signal
 UNIFORM, SCALED_UNIFORM, NORMAL, POISSON = range(4)
 COUNT_LAWS = {"uniform": UNIFORM, "scaled_uniform": SCALED_UNIFORM, "normal": NORMAL, "poisson": POISSON}
 VALUE_LAWS = {"uniform": UNIFORM, "normal": NORMAL}
-LIVE, ACTIVE, BORN, REFUSED, KILLED, NEXT_ID, FAULT, COUNTER_COUNT = range(8)  # a population's counters, int64, on the device
+LIVE, ACTIVE, BORN, REFUSED, KILLED, NEXT_ID, FAULT, CHILDREN, COUNTER_COUNT = range(9)  # a population's counters, int64, on the device
 MOST_BIRTHS = wp.constant(wp.float64(1.0e12))  # in one interval: what can be counted, far beyond what can be born
 
 
@@ -48,6 +48,11 @@ class Emitter:
     lifetime: Distribution  # [s]
     mass: Distribution  # [kg]
     extent: Distribution  # the particle's radius [m]
+    colors: wp.vec2i  # its colors in the table of colors: first, count; a count of 0 is white
+    log: int  # place in the table of logs of the events that it listens to; -1: none, it has a rate or bursts
+    per_event: int  # births of one event
+    share: float  # of the event's velocity that a child takes on [1]
+    color_share: int  # 1: a child takes on the event's color
 
 
 @wp.struct
@@ -78,9 +83,22 @@ class Progress:
 
 
 @wp.struct
+class EventLog:
+    count: wp.array[int]  # one number: events of this frame
+    position: wp.array2d[float]  # (3, capacity of the system it happens to) [m]
+    velocity: wp.array2d[float]  # (3, capacity) [m/s]
+    since: wp.array[float]  # from the event to the frame's end [s]
+    lineage: wp.array2d[wp.uint32]  # (2, capacity) of the particle it happens to
+    number: wp.array[int]  # how many such events that particle had before
+    tint: wp.array[wp.uint32]  # of the particle; empty where the system has no colors of its own
+
+
+@wp.struct
 class Births:
     emitters: wp.array[Emitter]
     bursts: wp.array[Burst]
+    colors: wp.array[wp.uint32]  # rgba bytes
+    logs: wp.array[EventLog]
     signals: Signals
     clock: wp.array[wp.int64]  # one number: the frame under way
     fps: wp.float64
@@ -104,6 +122,8 @@ class Particles:
     mass: wp.array[float]  # [kg]
     radius: wp.array[float]  # [m]
     id: wp.array2d[wp.uint32]  # (2, capacity) running number of births: low word, high word
+    tint: wp.array[wp.uint32]  # color of its own, rgba bytes; this and what follows is empty where a system has no use for it
+    lineage: wp.array2d[wp.uint32]  # (2, capacity) random name from its emitter and ordinal: what its children's ordinals grow from
     alive: wp.array[int]  # 1 while age < lifetime; not a field, made anew each frame
     # What only some systems have; without it an array is empty.
     internal: wp.array2d[float]  # (3, capacity) acceleration by the neighbors [m/s²]; not a field, made anew each substep
@@ -221,6 +241,14 @@ def plan_burst(births: Births, b: int, now: wp.float64, before: wp.float64, born
     return append_segment(burst.emitter, burst.ordinal, wp.int64(burst.count), born, now - burst.at, wp.float64(0.0), plan_inout)
 
 
+@wp.func
+def plan_children(births: Births, e: int, born: int, plan_inout: Plan) -> int:
+    """Append the births of this frame's events that one emitter listens to; return the frame's total so far."""
+    emitter = births.emitters[e]
+    count = wp.int64(births.logs[emitter.log].count[0]) * wp.int64(emitter.per_event)
+    return append_segment(e, wp.int64(0), count, born, wp.float64(0.0), wp.float64(0.0), plan_inout)
+
+
 @wp.kernel(enable_backward=False)
 def plan_births(first: int, births: Births, plan_inout: Plan, counters_inout: wp.array[wp.int64]):
     """One thread. Plan the frame's births; those refused for want of room consume identities too, so these ignore the capacity."""
@@ -234,7 +262,12 @@ def plan_births(first: int, births: Births, plan_inout: Plan, counters_inout: wp
             total = plan_emitter(births, e, now, total, plan_inout)
     for b in range(births.bursts.shape[0]):
         total = plan_burst(births, b, now, before, total, plan_inout)
+    childless = total
+    for e in range(births.emitters.shape[0]):
+        if births.emitters[e].log >= 0:
+            total = plan_children(births, e, total, plan_inout)
     born = wp.min(wp.int64(total), wp.int64(births.capacity) - counters_inout[LIVE])
+    counters_inout[CHILDREN] = counters_inout[CHILDREN] + wp.max(born - wp.int64(childless), wp.int64(0))
     counters_inout[BORN] = born
     counters_inout[ACTIVE] = counters_inout[LIVE] + born
     counters_inout[REFUSED] = counters_inout[REFUSED] + wp.int64(total) - born

@@ -5,14 +5,26 @@ As in loops.py: the Python body of each native function is the plain loop it sta
 
 import warp as wp
 
-from warpsim.kernels.birth import SHAPES, born_age, born_lifetime, born_mass, born_radius, born_velocity, emit_particle, first_id
-from warpsim.kernels.emission import ACTIVE, BORN, LIVE, Births, Particles, Plan
+from warpsim.kernels.birth import (
+    SHAPES,
+    born_age,
+    born_lifetime,
+    born_mass,
+    born_radius,
+    born_tint,
+    born_velocity,
+    emit_particle,
+    event_segment,
+    first_id,
+    inherit,
+)
+from warpsim.kernels.emission import ACTIVE, BORN, LIVE, Births, Particles, Plan, Segment
 from warpsim.kernels.loops import share, snippet
+from warpsim.kernels.random import LINEAGE, random_words
 
 EMIT = """
     const int S = particles.position.shape[1];
     float *P = particles.position.data, *V = particles.velocity.data;
-    const auto segment = plan.segments.data[s];
     const auto emitter = births.emitters.data[segment.emitter];
     const int frame = (int)births.clock.data[0];
     const float frame_time = (float)(1.0 / births.fps);
@@ -29,16 +41,35 @@ EMIT = """
         particles.id.data[slot + n] = (wp::uint32)number;
         particles.id.data[slot + n + S] = (wp::uint32)(number >> 32);
     }
+    if (particles.tint.shape[0]) EACH(particles.tint.data[i] = $born_tint(births, emitter, ordinal);)
+    if (particles.lineage.shape[0]) EACH(const auto words = $random_words(emitter.key, ordinal, LINEAGE_CHANNEL);
+        particles.lineage.data[i] = words[0]; particles.lineage.data[i + S] = words[1];)
 #undef PLACE
 #undef EACH
 """.replace("SHAPE_CASES", " ".join(f"case {k}: PLACE(${f.func.__name__}(emitter, ordinal)) break;" for k, f in enumerate(SHAPES.values())))
+EMIT = EMIT.replace("LINEAGE_CHANNEL", str(LINEAGE))
+VALUES = (born_velocity, born_age, born_lifetime, born_mass, born_radius, born_tint, random_words)
 
 
-@wp.func_native(snippet(EMIT, *SHAPES.values(), born_velocity, born_age, born_lifetime, born_mass, born_radius))
-def emit_range(begin: int, end: int, s: int, slot: int, id: wp.int64, births: Births, plan: Plan, particles: Particles):
-    """Fill the slots of the frame's births begin … end − 1, all of segment s."""
+@wp.func_native(snippet(EMIT, *SHAPES.values(), *VALUES))
+def emit_range(begin: int, end: int, segment: Segment, slot: int, id: wp.int64, births: Births, particles: Particles):
+    """Fill the slots of the frame's births begin … end − 1, all of one segment."""
     for n in range(begin, end):
-        emit_particle(slot + n, n - plan.segments[s].begin, id + wp.int64(n), births, plan.segments[s], particles)
+        emit_particle(slot + n, n - segment.begin, id + wp.int64(n), births, segment, particles)
+
+
+@wp.func
+def emit_children(begin: int, end: int, segment: Segment, slot: int, id: wp.int64, births: Births, particles_out: Particles):
+    """Fill the slots of the frame's births begin … end − 1, all of events: event by event, each the births of one moment."""
+    emitter = births.emitters[segment.emitter]
+    k = int(begin)
+    while k < end:
+        one = event_segment(births, segment, k)
+        stop = wp.min(end, one.end)
+        emit_range(k, stop, one, slot, id, births, particles_out)
+        for n in range(k, stop):
+            inherit(slot + n, (k - segment.begin) // emitter.per_event, emitter, births.logs[emitter.log], particles_out)
+        k = stop
 
 
 @wp.kernel(enable_backward=False)
@@ -46,10 +77,14 @@ def emit_particles(part: int, part_count: int, births: Births, plan: Plan, count
     """Fill the slots of one part of this frame's births."""
     cut = share(part + wp.tid(), part_count, int(counters[BORN]))
     for s in range(plan.segment_count[0]):
-        begin = wp.max(cut[0], plan.segments[s].begin)
-        end = wp.min(cut[1], plan.segments[s].end)
+        segment = plan.segments[s]
+        begin = wp.max(cut[0], segment.begin)
+        end = wp.min(cut[1], segment.end)
         if begin < end:
-            emit_range(begin, end, s, int(counters[LIVE]), first_id(plan, counters), births, plan, particles_out)
+            if births.emitters[segment.emitter].log < 0:
+                emit_range(begin, end, segment, int(counters[LIVE]), first_id(plan, counters), births, particles_out)
+            else:
+                emit_children(begin, end, segment, int(counters[LIVE]), first_id(plan, counters), births, particles_out)
 
 
 COMPACT = """

@@ -8,7 +8,7 @@ import warp as wp
 
 from warpsim.kernels.elementary import cos_turns, log_positive
 
-POSITION, VELOCITY, LIFE, SIZE, BULK, INTERVAL, COUNT = range(7)  # channels; INTERVAL and COUNT are keyed by the interval's number
+POSITION, VELOCITY, LIFE, SIZE, BULK, INTERVAL, COUNT, LINEAGE = range(8)  # channels; INTERVAL and COUNT are keyed by the interval's number
 
 FACTOR, INCREMENT = wp.uint32(1664525), wp.uint32(1013904223)
 

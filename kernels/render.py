@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from warpsim.kernels.colors import multiply_colors
 from warpsim.kernels.emission import Particles
 from warpsim.kernels.lifetime import age_at
 from warpsim.kernels.planar import read3
@@ -76,4 +77,7 @@ def splat_points(
     size = look.size[sample_table(age / particles.lifetime[i], look.size.shape[0])]
     place_out[j, 0] = quantize(steps[0]) | (quantize(steps[1]) << wp.uint32(16))
     place_out[j, 1] = quantize(steps[2]) | (quantize(size * 65535.0) << wp.uint32(16))
-    color_out[j] = look.color[sample_table(sample_quantity(look, particles, i, age), look.color.shape[0])]
+    color = look.color[sample_table(sample_quantity(look, particles, i, age), look.color.shape[0])]
+    if particles.tint.shape[0] > 0:
+        color = multiply_colors(color, particles.tint[i])
+    color_out[j] = color

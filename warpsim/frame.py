@@ -8,8 +8,8 @@ import numpy as np
 class SystemFrame:
     """One system's live particles in order of birth. Arrays are copies, read-only, and stay as they are when the simulation moves on."""
 
-    def __init__(self, fetch, pack, count, index: int, fps: float):
-        self._fetch, self._pack, self._count, self._index, self._fps = fetch, pack, count, index, fps
+    def __init__(self, fetch, fields: tuple[str, ...], pack, count, index: int, fps: float):
+        self._fetch, self._fields, self._pack, self._count, self._index, self._fps = fetch, fields, pack, count, index, fps
         self._arrays: dict[str, np.ndarray] = {}
         self._past = False
 
@@ -22,8 +22,9 @@ class SystemFrame:
 
     def keep(self) -> None:
         """Fetch everything now, before the simulation moves on."""
-        for name in ("position", "velocity", "birth_frame", "birth_age", "lifetime", "mass", "radius", "id"):
-            self._get(name)
+        for name in ("position", "velocity", "birth_frame", "birth_age", "lifetime", "mass", "radius", "id", "tint"):
+            if name in self._fields:
+                self._get(name)
         self._past = True
 
     def packed(self, limit: int | None = None):
@@ -76,6 +77,18 @@ class SystemFrame:
     def radius(self) -> np.ndarray:
         """float32 (n,) [m]."""
         return self._get("radius")
+
+    @property
+    def has_colors(self) -> bool:
+        """Whether its emitters give colors."""
+        return "tint" in self._fields
+
+    @property
+    def color(self) -> np.ndarray:
+        """uint8 (n, 4): red, green, blue and opacity that its emitter gave each, with which the look's are multiplied; white if none."""
+        if not self.has_colors:
+            return np.full((self.count, 4), 255, np.uint8)
+        return self._get("tint").view(np.uint8).reshape(-1, 4)
 
 
 class Frame:

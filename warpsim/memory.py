@@ -4,10 +4,12 @@ import math
 import os
 
 from warpsim.scene import Scene, SceneError
+from warpsim.scene.events import events_of, has_colors
 from warpsim.scene.obstacles import answers
 
 BYTES_PER_PARTICLE = 60  # fields (52), flag of the living, and the place in a snapshot's index; a test holds it to the population's own
 BYTES_PER_PRIMITIVE = 160  # one row of a table of flow or forces
+BYTES_PER_EVENT = 56  # a row of the log of a kind of event, and its place in the prefix sum
 BYTES_PER_SEGMENT = 40  # a run of births within a frame
 GIB = 1 << 30
 
@@ -19,9 +21,12 @@ class MemoryLimitError(SceneError):
 def estimate_memory(scene: Scene) -> int:
     """Return the bytes a simulation of the scene will take on its device, snapshots for the last good state included."""
     total = 0
-    for system in scene.systems.values():
+    for name, system in scene.systems.items():
         substep_count = system.substeps or scene.time.substeps
         more = (24 if system.motion == "ballistic" else 0) + (12 * system.look.trail.points if system.look.trail else 0)
+        heard = events_of(name, scene.systems)
+        more += 4 * has_colors(system) + 8 * bool(heard)
+        total += BYTES_PER_EVENT * system.capacity * len(heard)
         total += 3 * system.capacity * (BYTES_PER_PARTICLE + more)  # the state, that of frame 0, and the last good one
         total += sum(BYTES_PER_SEGMENT * pieces(emitter, scene.time.fps) for emitter in system.emitters)
         total += (2 * substep_count + 1) * (flow_row_count(scene) + len(scene.forces)) * BYTES_PER_PRIMITIVE

@@ -82,6 +82,8 @@ class Recording:
                     "mass": (count,),
                     "radius": (count,),
                 }
+                if f"{name}.color" in arrays:
+                    shapes["color"] = (count, 4)
                 if any(arrays[f"{name}.{key}"].shape != shape for key, shape in shapes.items()):
                     raise ValueError
             return arrays
@@ -136,8 +138,10 @@ def recorded_system(fields, trail: np.ndarray | None, population: RecordedPopula
 
     if trail is not None:
         planar["trail"] = trail
+    if "color" in fields:
+        planar["tint"] = np.ascontiguousarray(fields["color"], np.uint8).view("<u4")[:, 0]
 
     def pack(frame_index: int, limit: int | None):
         return PointPacker(population, population.take(planar), look, fps).pack(frame_index, limit)
 
-    return SystemFrame(planar.__getitem__, pack, lambda: len(words), index, fps)
+    return SystemFrame(planar.__getitem__, tuple(planar), pack, lambda: len(words), index, fps)

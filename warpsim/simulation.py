@@ -17,6 +17,7 @@ from warpsim.launch import FrameGraph, Stage, available_cores
 from warpsim.memory import check_memory, free_memory
 from warpsim.probes import FlowProbe
 from warpsim.scene import Scene
+from warpsim.scene.events import in_order
 from warpsim.systems.particles import Particles
 
 SYSTEMS = {"particles": Particles}
@@ -77,7 +78,12 @@ class Simulation:
         self._clock = wp.array([self.index - 1], dtype=wp.int64, device=self.device)
         self.environment = Environment(scene, self.device)
         self.flow = FlowProbe(self.environment, lambda: self.time)
-        self.systems = {name: SYSTEMS[spec.type](name, spec, scene, self.environment, self._clock) for name, spec in scene.systems.items()}
+        made: dict[str, Particles] = {}  # in the order in which they move, so that each hears of the events before it
+        for name in in_order(scene.systems):
+            spec = scene.systems[name]
+            made[name] = SYSTEMS[spec.type](name, spec, scene, self.environment, self._clock, made)
+        self._order = list(made.values())
+        self.systems = {name: made[name] for name in scene.systems}
         self._graph = FrameGraph(list(self._stages(native)), self.device, self.threads, native)
         self._frame: weakref.ref[Frame] | None = None
         self.index -= 1  # the opening step makes the first frame: whoever is born at that very moment is in it
@@ -129,7 +135,7 @@ class Simulation:
     def _stages(self, native: bool) -> Iterator[Stage]:
         """Yield the frame, readable like the lecture's animation cycle."""
         yield Stage("clock", advance_clock, 1, (self._fps, self._clock, self.environment.start_time))
-        for system in self.systems.values():
+        for system in self._order:
             yield from system.stages(native)  # emit, update, remove the expired
 
     @property
@@ -224,7 +230,10 @@ class Simulation:
         return digest.hexdigest()
 
     def statistics(self) -> dict[str, dict[str, float]]:
-        """Return by system: live particles, births so far, refused for want of room, killed beyond the extent, kinetic energy [J]."""
+        """Return by system: live particles, births so far, refused for want of room, killed beyond the extent, kinetic energy [J].
+
+        Where emitters listen to events: children, how many of the births were of these.
+        """
         result = {}
         for name, system in self.systems.items():
             p = system.population
@@ -232,6 +241,8 @@ class Simulation:
             result[name] = {"live": p.counter("live"), "born": p.counter("next_id") - p.counter("refused")}
             result[name] |= {"refused": p.counter("refused"), "killed": p.counter("killed")}
             result[name]["kinetic_energy"] = float(0.5 * (p.host("mass") * speed2).sum())
+            if any(emitter.on for emitter in system.spec.emitters):
+                result[name]["children"] = p.counter("children")
         return result
 
     def time_stages(self) -> dict[str, float]:

@@ -3,7 +3,7 @@
 scene.yaml         the resolved scene, under a header of comments that tells what made the run
 frames/NNNNNN.npz  per system NAME.position, NAME.velocity, … of the living particles, and index, time [s]
 frames.jsonl       one line per whole frame: its file, the file's SHA-256, live counts, state hash, and the chain of state hashes so far
-stats.csv          time [s] and per system live, born, refused, killed (counts), kinetic_energy [J]
+stats.csv          time [s] and per system live, born, refused, killed (counts), kinetic_energy [J]; with emitters that listen: children
 assets/            copies of the files that the scene names
 changes.jsonl      one line per number that was changed while it ran: before the step from frame index, path became value
 lastgood.npz       the last good state of a run that was interrupted or blew up
@@ -25,7 +25,7 @@ from warpsim.files import LineFile, sweep, whole_file, write_text
 HEADER = "# A warpsim run."  # first line of scene.yaml: by it a folder is known as a run folder
 CHANGES = "changes.jsonl"
 FIELDS = ("position", "velocity", "id", "age", "lifetime", "mass", "radius")
-STATISTICS = ("live", "born", "refused", "killed", "kinetic_energy")
+STATISTICS = ("live", "born", "refused", "killed", "kinetic_energy", "children")
 
 
 class OccupiedFolder(Exception):
@@ -99,9 +99,13 @@ class Recorder:
 
     def _append_statistics(self, frame, statistics) -> None:
         if not self._table.length:
-            self._table.append(_row(["index", "time", *(f"{name}.{key}" for name in statistics for key in STATISTICS)]))
-        numbers = [repr(numbers[key]) for numbers in statistics.values() for key in STATISTICS]
+            self._table.append(_row(["index", "time", *(f"{name}.{key}" for name in statistics for key in _columns(statistics[name]))]))
+        numbers = [repr(numbers[key]) for numbers in statistics.values() for key in _columns(numbers)]
         self._table.append(_row([frame.index, repr(frame.time), *numbers]))
+
+
+def _columns(numbers: dict[str, float]) -> list[str]:
+    return [key for key in STATISTICS if key in numbers]
 
 
 def read_changes(path: Path) -> list[tuple[int, str, str]]:
@@ -125,11 +129,13 @@ def save_frame(path: Path, frame) -> str:
     """Write a frame as a whole npz file and return its SHA-256. Equal frames give equal bytes.
 
     Arrays: NAME.position, NAME.velocity float32 (n, 3) [m, m/s], NAME.id uint64 (n,), NAME.age, .lifetime [s], .mass [kg], .radius [m]
-    float32 (n,) per system, and the scalars index and time [s]. Raises OSError, or NonFiniteFrame before anything is written.
+    float32 (n,) per system, .color uint8 (n, 4) where emitters give colors, and the scalars index and time [s]. Raises OSError, or
+    NonFiniteFrame before anything is written.
     """
     import numpy as np
 
     arrays = {f"{name}.{field}": getattr(frame[name], field) for name in frame for field in FIELDS}
+    arrays |= {f"{name}.color": frame[name].color for name in frame if frame[name].has_colors}
     for key, array in arrays.items():
         if not np.isfinite(array).all():
             raise NonFiniteFrame(f"frame {frame.index}: {key} holds a number that is not finite")

@@ -20,6 +20,8 @@ from warpsim.scene.base import (
     mistakes,
     one_of_types,
 )
+from warpsim.scene.events import On
+from warpsim.scene.look import Color, is_color
 from warpsim.scene.strengths import STRENGTH_KEYS, Formula, Keyframes, PositiveStrength, Sine
 
 Length = Annotated[Number, Field(gt=0.0, le=LARGEST_COORDINATE)]
@@ -145,19 +147,29 @@ def _as_list(value: Any) -> Any:
     return [value] if isinstance(value, (Mapping, Burst)) else value
 
 
+def _as_colors(value: Any) -> Any:
+    return [value] if is_color(value) else value
+
+
 class Emitter(Spec):
-    """One place where particles are born. It needs a rate or a burst."""
+    """One place where particles are born: by a rate, in bursts, or at each event of another system."""
 
     name: Name | None = Field(None, description="Name for `--set systems.SYSTEM.emitters.NAME.…`.")
     shape: ShapeUnion = Field(Point(), description="Where particles are born.")
     rate: Rate | None = Field(None, description="Births per second, a strength or {mean, spread, law, interval} [1/s].")
     burst: Annotated[tuple[Burst, ...], Field(max_length=10_000), BeforeValidator(_as_list)] = Field(
-        (), description="Births at one moment: {count, at} or a list of them."
+        (), description="Births at one moment: {count, at} or a list of them; with `on`, {count} at each event."
+    )
+    on: On | None = Field(
+        None, description="Gives birth at each event of another system instead; shape and center are then relative to its place."
     )
     velocity: Velocity | None = Field(None, description="Velocity at birth; absent: at rest.")
     lifetime: PositiveMean = Field(Distribution(mean=5.0), description="Time from birth to death; drawn values are clipped to above 0 [s].")
     mass: PositiveDistribution = Field(Distribution(mean=1e-3), description="Mass [kg].")
     radius: PositiveDistribution = Field(Distribution(mean=1e-3), description="Radius, for drag by viscosity [m].")
+    color: Annotated[tuple[Color, ...], Field(max_length=256), BeforeValidator(_as_colors)] = Field(
+        (), description="Color of its own, multiplied with the look's: one color, or a list from which each particle gets one [1]."
+    )
     start: Annotated[Number, Field(ge=-1e7, le=1e7)] | None = Field(
         None, description="When the rate starts; absent: from the beginning [s]."
     )
@@ -165,8 +177,26 @@ class Emitter(Spec):
 
     @model_validator(mode="after")
     def _emits(self):
-        if self.rate is None and not self.burst:
+        if self.on is not None:
+            found = self._listens()
+            if found:
+                raise mistakes(found)
+        elif self.rate is None and not self.burst:
             raise mistakes([Mistake((), "an emitter needs a rate or a burst, else nothing is ever born", ("rate", "burst"))])
         if self.start is not None and self.stop is not None and self.stop <= self.start:
             raise mistakes([Mistake(("stop",), f"must come after start, {self.start:g} s", ("start", "stop"))])
         return self
+
+    def _listens(self) -> list[Mistake]:
+        """Return a mistake for each key that does not go with `on`."""
+        found = []
+        for key in ("rate", "start", "stop"):
+            if getattr(self, key) is not None:
+                found.append(Mistake((key,), f"the events say when: an emitter that listens has no {key} (leave out {key} or on)", ("on",)))
+        if not self.burst:
+            found.append(Mistake((), "burst: {count: …} is missing: how many are born at each event", ("burst", "on")))
+        elif len(self.burst) > 1:
+            found.append(Mistake(("burst",), "an emitter that listens to events has one burst, {count: …} at each event", ("on",)))
+        elif self.burst[0].at != 0.0:  # written out in full, it is 0
+            found.append(Mistake(("burst", "at"), "the events say when: leave out at", ("on",)))
+        return found

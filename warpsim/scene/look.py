@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema, field_validator
 from pydantic_core import PydanticCustomError
 
-from warpsim.scene.base import Mistake, Number, ShortSpec, Spec, WholeNumber, form_by_key, mistakes, one_of_forms
+from warpsim.scene.base import Mistake, Number, ShortSpec, Spec, WholeNumber, form_by_key, is_number, mistakes, one_of_forms
 
 Life = Annotated[Number, Field(ge=0.0, le=1.0, description="Age over lifetime [1].")]
 Share = Annotated[Number, Field(ge=0.0, le=1.0)]
@@ -31,6 +31,11 @@ def _written(color: tuple[float, float, float, float]) -> Any:
     if not exact:
         return list(color)
     return "#" + "".join(f"{part:02x}" for part in (parts[:3] if parts[3] == 255 else parts))
+
+
+def is_color(value: Any) -> bool:
+    """Tell whether a value is one color and not a list of colors: text, or three or four numbers."""
+    return isinstance(value, str) or (isinstance(value, (list, tuple)) and len(value) > 0 and all(map(is_number, value)))
 
 
 Color = Annotated[

@@ -6,6 +6,7 @@ from pydantic import Field, model_validator
 
 from warpsim.scene.base import Mistake, Name, Number, Spec, Vec3, WholeNumber, mistakes
 from warpsim.scene.camera import Camera
+from warpsim.scene.events import event_mistakes
 from warpsim.scene.flow import FlowUnion
 from warpsim.scene.forces import ForceUnion
 from warpsim.scene.nearest import listed, nearest
@@ -60,6 +61,7 @@ class Scene(Spec):
             if isinstance(system, Particles) and system.motion == "ballistic" and self.forces and system.feels.forces not in (False, ()):
                 message = "motion: ballistic knows gravity only, but the scene has forces (add feels: {forces: false} to ignore them)"
                 found.append(Mistake(("systems", name, "motion"), message, ("forces",)))
+        found += event_mistakes(self.systems)
         found += _lost_controls(self)
         if found:
             raise mistakes(found)

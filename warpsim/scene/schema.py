@@ -25,7 +25,8 @@ def json_schema() -> dict[str, Any]:
         spec = specs.get(name)
         if spec is not None and issubclass(spec, ShortSpec):
             definitions[name] = _with_short_form(definition, spec)
-    _one_or_many(definitions["Emitter"]["properties"]["burst"])
+    for key in ("burst", "color"):
+        _one_or_many(definitions["Emitter"]["properties"][key])
     return {"$schema": DIALECT, "title": "warpsim scene", **{key: value for key, value in schema.items() if key != "title"}}
 
 

@@ -55,10 +55,30 @@ def place(row: emission.Emitter, shape: EmitterShape) -> None:
         row.tangent, row.bitangent = perpendiculars(unit(shape.normal))
 
 
+class ColorTable:
+    """Colors of the emitters of a system, one after the other, as rgba bytes."""
+
+    def __init__(self):
+        self.words: list[int] = []
+
+    def add(self, colors) -> wp.vec2i:
+        """Append an emitter's colors and return where they begin and how many they are."""
+        first = len(self.words)
+        for color in colors:
+            self.words.append(int.from_bytes(bytes(round(255 * part) for part in color), "little"))
+        return wp.vec2i(first, len(colors))
+
+
+def listen(row: emission.Emitter, spec: Emitter, log: int) -> None:
+    """Fill in which log an emitter listens to, and what its children inherit."""
+    row.log, row.per_event = log, spec.burst[0].count
+    row.share, row.color_share = spec.on.inherit.velocity, int(spec.on.inherit.color)
+
+
 def emitter_row(spec: Emitter, key: wp.vec2ui, table: SignalTable, beginning: float, frame_time: float) -> emission.Emitter:
     """Make an emitter's row; `beginning` is the simulation's first moment [s]."""
     row, velocity = emission.Emitter(), spec.velocity or REST
-    row.key, row.mean, row.spread = key, -1, -1
+    row.key, row.mean, row.spread, row.log = key, -1, -1, -1
     row.start = beginning if spec.start is None else max(beginning, spec.start)
     row.stop, row.interval = FOREVER if spec.stop is None else spec.stop, frame_time
     if spec.rate is not None:
@@ -77,7 +97,7 @@ def burst_rows(specs: tuple[Emitter, ...], beginning: float) -> list[emission.Bu
     """Make the rows of all bursts that lie within the simulation; their ordinals are apart from those of the rate."""
     rows = []
     for e, spec in enumerate(specs):
-        for number, burst in enumerate(spec.burst):
+        for number, burst in enumerate(spec.burst if spec.on is None else ()):
             row = emission.Burst()
             row.emitter, row.count, row.at, row.ordinal = e, burst.count, burst.at, (number + 1) << 40
             if burst.at >= beginning:
@@ -86,39 +106,48 @@ def burst_rows(specs: tuple[Emitter, ...], beginning: float) -> list[emission.Bu
 
 
 class Emission:
-    """The births of one system: tables that stay, progress that moves on."""
+    """The births of one system: tables that stay, progress that moves on. `logs`: of the events that its emitters listen to, in order."""
 
-    def __init__(self, name: str, spec, scene, population: Population, clock: wp.array):
-        device, self.population, self.name = population.device, population, name
-        rows, table = self._rows(spec, scene)
+    def __init__(self, name: str, spec, scene, population: Population, clock: wp.array, logs: list[emission.EventLog]):
+        device, self.population, self.name, self._logs = population.device, population, name, logs
+        rows, table, colors = self._rows(spec, scene)
         bursts = burst_rows(spec.emitters, -scene.time.prewarm)
         self.births, self.plan = emission.Births(), emission.Plan()
         self.births.emitters = wp.array(rows, dtype=emission.Emitter, device=device)
         self.births.bursts = wp.array(bursts, dtype=emission.Burst, device=device)
+        self.births.colors = wp.array(colors, dtype=wp.uint32, device=device)
+        self.births.logs = wp.array(logs, dtype=emission.EventLog, device=device)
         self.births.signals, self.births.clock = table.tables(device), clock
         self.births.fps, self.births.capacity = scene.time.fps, population.limit
         start = np.zeros(len(rows), dtype=emission.Progress.numpy_dtype())
         start["count"] = -1  # not drawn yet
         self.plan.progress = wp.array(start, dtype=emission.Progress, device=device)
-        most = sum(pieces(emitter, scene.time.fps) for emitter in spec.emitters) + len(bursts)
+        most = sum(pieces(emitter, scene.time.fps) for emitter in spec.emitters) + len(bursts) + len(logs)
         self.plan.segments = wp.zeros(most, dtype=emission.Segment, device=device)
         self.plan.segment_count = wp.zeros(1, dtype=int, device=device)
 
-    def _rows(self, spec, scene) -> tuple[list[emission.Emitter], SignalTable]:
-        table = SignalTable()
+    def _rows(self, spec, scene) -> tuple[list[emission.Emitter], SignalTable, list[int]]:
+        table, colors = SignalTable(), ColorTable()
         keys = [random_key(scene.seed, self.name, e) for e in range(len(spec.emitters))]
         rows = [
             emitter_row(emitter, key, table, -scene.time.prewarm, 1.0 / scene.time.fps)
             for emitter, key in zip(spec.emitters, keys, strict=True)
         ]
-        return rows, table
+        listening = [(row, emitter) for row, emitter in zip(rows, spec.emitters, strict=True) if emitter.on is not None]
+        for log, (row, emitter) in enumerate(listening):
+            listen(row, emitter, log)
+        for row, emitter in zip(rows, spec.emitters, strict=True):
+            row.colors = colors.add(emitter.color)
+        return rows, table, colors.words
 
     def change(self, spec, scene) -> None:
         """Take the numbers of another spec of the same structure, in place."""
-        rows, table = self._rows(spec, scene)
+        rows, table, colors = self._rows(spec, scene)
         table.write(self.births.signals)
         if rows:
             self.births.emitters.assign(wp.array(rows, dtype=emission.Emitter, device=self.population.device))
+        if colors:
+            self.births.colors.assign(np.array(colors, dtype=np.uint32))
 
     def stages(self, targets: emission.Particles, loop: wp.Kernel):
         """Yield the stages that plan and fill in this frame's births."""

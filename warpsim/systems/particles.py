@@ -1,6 +1,6 @@
 """Particles: mass points from emitters that move independently of each other and die."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import warp as wp
@@ -12,7 +12,9 @@ from warpsim.kernels import emission, integration, lifecycle_loops, lifetime
 from warpsim.launch import Stage
 from warpsim.population import FIELDS, Field, Population
 from warpsim.scene import Scene
+from warpsim.scene.events import events_of, has_colors
 from warpsim.systems.emitters import Emission
+from warpsim.systems.events import LINEAGE, TINT, Events
 from warpsim.systems.points import PointPacker
 
 BIRTH_STATE = {
@@ -31,14 +33,19 @@ def method_of(spec) -> type[Integrator]:
 
 
 class Particles:
-    """One system of uncoupled particles: emit, advance (ages, forces, motion in one pass over memory), remove the expired."""
+    """One system of uncoupled particles: emit, advance (ages, forces, motion in one pass over memory), remove the expired.
 
-    def __init__(self, name: str, spec, scene: Scene, environment: Environment, clock: wp.array):
+    `earlier` are the systems that move before it in a frame, among them those whose events its emitters listen to.
+    """
+
+    def __init__(self, name: str, spec, scene: Scene, environment: Environment, clock: wp.array, earlier: Mapping[str, "Particles"]):
         self.name, self.spec, self._clock, self._fps = name, spec, clock, scene.time.fps
         self.method = method_of(spec)
         substep_count = spec.substeps or scene.time.substeps
         ballistic = self.method is Ballistic
+        heard = events_of(name, scene.systems)
         fields = FIELDS | (BIRTH_STATE if ballistic else {}) | PointPacker.fields(spec.look)
+        fields |= (TINT if has_colors(spec) else {}) | (LINEAGE if heard else {})
         self.population = Population(spec.capacity, fields, environment.device)
         self.surroundings = environment.feel(spec.feels, spec.coupling, substep_count)
         self.pace = integration.Pace()
@@ -47,7 +54,9 @@ class Particles:
         self.particles = self._view("position", "velocity")
         self.newborn = self._view("birth_position", "birth_velocity") if ballistic else self.particles
         self.points = PointPacker(self.population, self.particles, spec.look, scene.time.fps)
-        self.emission = Emission(name, spec, scene, self.population, clock)
+        self.events = Events(heard, self.population, clock, self.surroundings.row, scene.time.fps)
+        logs = [earlier[emitter.on.of].events.log(emitter.on) for emitter in spec.emitters if emitter.on is not None]
+        self.emission = Emission(name, spec, scene, self.population, clock, logs)
 
     def _view(self, position: str, velocity: str) -> emission.Particles:
         """Return the population as its kernels see it, with the given fields for position and velocity."""
@@ -62,17 +71,20 @@ class Particles:
         """Yield the frame's stages; nothing here waits for the device."""
         yield self.surroundings.stage()
         yield from self.emission.stages(self.newborn, lifecycle_loops.emit_particles)
+        yield from self.events.stages(native, self.newborn, "birth")
         plain, loop = self.method.kernels()
         states = (self.newborn, self.particles) if self.newborn is not self.particles else (self.particles,)
         inputs = (self.pace, self._clock, self.surroundings.row, *states, self.population.counters)
         yield Stage("advance", plain, self.population.capacity, inputs, loop)
+        yield from self.events.stages(native, self.particles, "death")
         yield from self.points.stages(self._clock)
         yield from removal(self.population, native)
 
     def frame(self, index: int) -> SystemFrame:
         """Return what observers see of the present frame."""
         population = self.population
-        return SystemFrame(population.host, self.points.pack, lambda: population.counter("live"), index, self._fps)
+        fields = tuple(population.fields)
+        return SystemFrame(population.host, fields, self.points.pack, lambda: population.counter("live"), index, self._fps)
 
     def change(self, spec, scene: Scene, environment: Environment) -> None:
         """Take the numbers of another spec of the same structure, in place; the environment has changed already."""

@@ -1,0 +1,182 @@
+"""Laws of events: how many children, where and when, how fast, of which color; and that nothing else can change them."""
+
+import numpy as np
+import pytest
+
+import warpsim
+from tests.reference import birth, events
+from tests.reference.emission import random_key
+
+G = np.array([0.0, -9.81, 0.0])
+START = {"direction": [0.3, 1.0, -0.2], "cone": 40, "speed": {"mean": 9.0, "spread": 2.0}}
+ROCKETS = {"rate": 37.0, "lifetime": {"mean": 0.5, "spread": 0.2}, "velocity": START, "mass": 1.0}
+BURST = {"velocity": {"cone": 180, "speed": {"mean": 3.0, "spread": 1.0}}, "lifetime": 100.0, "mass": 1.0}
+
+
+def family(child: dict, parent: dict = ROCKETS, fps=60, capacity=5000, **more) -> warpsim.Scene:
+    """Rockets in closed form and, written before them, the children that they have; the children fly in straight lines."""
+    still = {"gravity": False}
+    children = {"type": "particles", "capacity": capacity, "motion": "ballistic", "feels": still, "emitters": [{**BURST, **child}]}
+    rockets = {"type": "particles", "capacity": 200, "motion": "ballistic", "emitters": [parent]}
+    document = {"name": "law", "seed": 5, "time": {"fps": fps, "substeps": 2}, "systems": {"c": children, "p": rockets}}
+    return warpsim.Scene.model_validate(document | more)
+
+
+def listening(event: str, count: int, share: float = 0.0, **keys) -> dict:
+    return {"on": {"event": event, "of": "p", "inherit": {"velocity": share, **keys}}, "burst": {"count": count}}
+
+
+def simulate(scene, device="cpu", native=True, threads=1, seconds=1.5) -> warpsim.Simulation:
+    simulation = warpsim.Simulation(scene, device=device, native=native, threads=threads)
+    simulation.run(seconds)
+    return simulation
+
+
+def rocket(n: int, at: str) -> tuple[float, np.ndarray, np.ndarray, int]:
+    """Return the moment, place and velocity of birth or death of the n-th rocket, and its lineage; from the twin alone."""
+    key = random_key(5, "p", 0)
+    born = birth_moments(n + 1)[n]
+    velocity = birth.velocity(START, key, n)
+    t = birth.lifetime(ROCKETS["lifetime"], key, n) if at == "death" else 0.0
+    return born + t, velocity * t + 0.5 * G * t * t, velocity + G * t, events.lineage(key, n)
+
+
+def birth_moments(count: int) -> list[float]:
+    from tests.reference.emission import Planner
+
+    return [moment for moment, _ in Planner(ROCKETS, random_key(5, "p", 0), 1.0 / INTERVAL).births(10.0)[:count]]
+
+
+INTERVAL = 0.1
+ROCKETS["rate"] = {"mean": 37.0, "interval": INTERVAL}  # the same births at any frame rate
+
+
+@pytest.mark.parametrize("event", ["birth", "death"])
+@pytest.mark.parametrize("native", [True, False])
+def test_every_event_has_its_children(event, native, device):
+    """Exactly count for each birth, each death; none is lost between frames, none is counted twice."""
+    sim = simulate(family(listening(event, 7)), device, native)
+    p, c = (sim.statistics()[name] for name in ("p", "c"))
+    happened = p["born"] if event == "birth" else p["born"] - p["live"]
+    assert happened > 30 and c["born"] == c["live"] == c["children"] == 7 * happened and c["refused"] == 0
+
+
+@pytest.mark.parametrize("fps", [24, 60, 97])
+@pytest.mark.parametrize("event", ["birth", "death"])
+def test_place_moment_velocity_and_identity_are_those_of_the_event(event, fps, device):
+    """To float32: ages up to 1.5 s and places within 30 m resolve 2e-7 s and 2e-6 m; speeds of 12 m/s over those moments 1e-5 m."""
+    sim = simulate(family(listening(event, 3, share=0.25), fps=fps), device, seconds=1.0)
+    c = sim.frame()["c"]
+    key, emitter = random_key(5, "c", 0), {**BURST, **listening(event, 3, share=0.25)}
+    expected = {}
+    for n in range(60):
+        moment, place, velocity, name = rocket(n, event)
+        if moment <= sim.time:
+            for j in range(3):
+                ordinal = events.child_ordinal(name, 0, 3, j)
+                at, speed = events.child(emitter, key, ordinal, place, velocity)
+                age = sim.time - moment
+                expected[age, ordinal] = (*(at + speed * age), *speed, age)
+    expected = np.array([expected[k] for k in sorted(expected)])
+    got = np.column_stack([c.position, c.velocity, c.age]).astype(float)
+    assert len(got) == len(expected) > 30
+    by = np.lexsort(np.round([got[:, 4], got[:, 3]], 3))
+    to = np.lexsort(np.round([expected[:, 4], expected[:, 3]], 3))
+    np.testing.assert_allclose(got[by], expected[to], atol=2e-5)
+
+
+def children_by_value(sim, name="c") -> list[bytes]:
+    c = sim.frame()[name]
+    return sorted(row.tobytes() for row in np.column_stack([c.velocity, c.lifetime, c.mass]))
+
+
+@pytest.mark.parametrize("event", ["birth", "death"])
+def test_the_same_children_at_any_frame_rate(event):
+    """Without inheritance a child's velocity, lifetime and mass are made of its ordinal alone: to the bit."""
+    keys = {"mass": {"mean": 1.0, "spread": 0.5}, "lifetime": {"mean": 50.0, "spread": 20.0}}
+    runs = [children_by_value(simulate(family({**listening(event, 5), **keys}, fps=fps), seconds=1.0)) for fps in (10, 30, 60, 200)]
+    assert runs[0] == runs[1] == runs[2] == runs[3] and len(runs[0]) > 50
+
+
+def test_grandchildren_are_the_same_at_any_frame_rate():
+    """A lineage knows no order of births: two emitters, whose births interleave differently at each frame rate, and two generations."""
+
+    def scene(fps):
+        parent = {**ROCKETS, "rate": {"mean": 50.0, "interval": 0.05}}
+        document = family(listening("death", 2), parent, fps).model_dump(mode="json", by_alias=True)
+        document["systems"]["p"]["emitters"].append(document["systems"]["p"]["emitters"][0])
+        document["systems"]["c"]["emitters"][0]["lifetime"] = {"mean": 0.2, "spread": 0.1}
+        last = {**BURST, "on": {"event": "death", "of": "c", "inherit": {"velocity": 0.0}}, "burst": {"count": 2}}
+        document["systems"]["last"] = {"type": "particles", "capacity": 5000, "emitters": [last], "feels": {"gravity": False}}
+        return warpsim.Scene.model_validate(document)
+
+    runs = [children_by_value(simulate(scene(fps), seconds=1.0), "last") for fps in (20, 60, 140)]
+    assert runs[0] == runs[1] == runs[2] and len(runs[0]) > 50
+
+
+def test_births_without_room_are_counted_and_change_no_other():
+    few, all_ = (simulate(family({**listening("death", 9), "lifetime": 0.3}, capacity=n)) for n in (60, 5000))
+    a, b = few.statistics()["c"], all_.statistics()["c"]
+    assert a["refused"] > 0 == b["refused"] and a["born"] + a["refused"] == b["born"] and a["children"] == a["born"]
+    few, all_ = (dict(zip(sim.frame()["c"].id.tolist(), sim.frame()["c"].velocity.tolist(), strict=True)) for sim in (few, all_))
+    assert few.items() <= all_.items() and len(few) > 10
+
+
+def test_a_frame_may_hold_three_generations():
+    """Lives of 1 ms at 10 frames per second: rocket, star and crackle are born and die within one frame."""
+    brief = {"rate": 100.0, "lifetime": 1e-3, "velocity": START}
+    document = family({**listening("death", 3), "lifetime": 1e-3}, brief, fps=10).model_dump(mode="json", by_alias=True)
+    last = {"on": {"event": "death", "of": "c"}, "burst": {"count": 2}, "lifetime": 50.0}
+    document["systems"]["last"] = {"type": "particles", "emitters": [last]}
+    sim = simulate(warpsim.Scene.model_validate(document), seconds=2.0)
+    counts = {name: numbers["born"] for name, numbers in sim.statistics().items()}
+    assert counts["p"] >= 199 and counts["last"] == sim.statistics()["last"]["live"]
+    assert abs(counts["c"] - 3 * counts["p"]) <= 3 and abs(counts["last"] - 2 * counts["c"]) <= 6
+
+
+def test_colors_are_drawn_inherited_and_multiplied():
+    red, green = [1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.5]
+    parent = {**ROCKETS, "color": [red, green], "lifetime": 100.0}
+    child = {**listening("birth", 2, color=True), "color": [1.0, 0.4, 0.2]}
+    sim = simulate(family(child, parent))
+    p, c = sim.frame()["p"], sim.frame()["c"]
+    key = random_key(5, "p", 0)
+    own = np.rint(255 * np.array([events.tint([red, green], key, n) for n in p.id.tolist()])).astype(np.uint8)
+    assert (p.color == own).all() and len(np.unique(p.color, axis=0)) == 2
+    expected = events.multiply(np.repeat(own, 2, axis=0), np.array([255, 102, 51, 255], np.uint8))
+    assert (c.color == expected).all()
+    assert (c.packed().color == expected).all(), "the look is white"
+
+
+def test_leaving_the_world_is_no_death():
+    """A world of 2 m that rockets leave, with the policy kill: children of those only that died inside."""
+    scene = family(listening("death", 1), limits={"extent": 2.0, "unstable": "kill"})
+    sim = simulate(scene)
+    p, c = (sim.statistics()[name] for name in ("p", "c"))
+    assert p["killed"] > 5 and c["born"] == p["born"] - p["live"] - p["killed"] > 0
+
+
+@pytest.mark.parametrize("event", ["birth", "death"])
+def test_parts_and_plain_kernels_share_their_bits(event, monkeypatch):
+    monkeypatch.setattr("warpsim.launch.PARALLEL_FROM", 0)
+    child = {**listening(event, 5, share=0.7, color=True), "shape": {"type": "sphere", "radius": 0.1}, "lifetime": 0.4}
+    parent = {**ROCKETS, "rate": 3000.0, "color": ["#f00", "#0f0"]}
+    scene = family(child, parent, capacity=3000).model_copy()
+    ways = ((True, 1), (True, 2), (True, 3), (False, 1), (False, 3))
+    assert len({simulate(scene, native=native, threads=n, seconds=0.7).state_hash() for native, n in ways}) == 1
+
+
+def test_going_back_and_forth_gives_the_same_state():
+    sim = simulate(family(listening("death", 4, share=1.0)), seconds=1.0)
+    expected = sim.state_hash()
+    sim.seek(20)
+    sim.seek(60)
+    assert sim.state_hash() == expected
+
+
+def test_the_share_may_change_while_it_runs():
+    sim = simulate(family(listening("death", 1, share=1.0)), seconds=0.0)
+    sim.change("systems.c.emitters.0.on.inherit.velocity", 0.0)
+    sim.run(1.0)
+    fixed = simulate(family(listening("death", 1, share=0.0)), seconds=1.0)
+    assert (sim.frame()["c"].velocity == fixed.frame()["c"].velocity).all() and sim.frame()["c"].count > 10

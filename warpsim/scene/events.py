@@ -1,0 +1,125 @@
+"""Events that an emitter may listen to, and the order in which systems move so that each hears of what happened before it."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from warpsim.scene.base import Mistake, Name, Number, Spec, Truth
+from warpsim.scene.nearest import listed, nearest
+
+
+class Inheritance(Spec):
+    """What a child takes on from the particle it is born of."""
+
+    velocity: Annotated[Number, Field(ge=0.0, le=1.0)] = Field(
+        1.0, description="Share of the particle's velocity at the event, on top of the child's own [1]."
+    )
+    color: Truth = Field(False, description="Whether the child's color is multiplied with the particle's own color.")
+
+
+class On(Spec):
+    """What makes the emitter give birth: something that happens to a particle of another system, at its exact place and moment."""
+
+    event: Literal["birth", "death"] = Field(
+        description="birth; death: at the end of its lifetime, or by a collider that kills it (not by leaving the scene's extent)."
+    )
+    of: Name = Field(description="The system to whose particles it happens.")
+    inherit: Inheritance = Field(Inheritance(), description="What the children take on from the particle.")
+
+
+Hearing = tuple[tuple[str | int, ...], On]
+
+
+def hearings(systems: Mapping[str, Any]) -> dict[str, list[Hearing]]:
+    """Return for each system that listens the place and the content of each `on` of its emitters."""
+    found: dict[str, list[Hearing]] = {}
+    for name, system in systems.items():
+        for k, emitter in enumerate(getattr(system, "emitters", ())):
+            if emitter.on is not None:
+                found.setdefault(name, []).append((("systems", name, "emitters", k, "on"), emitter.on))
+    return found
+
+
+def events_of(name: str, systems: Mapping[str, Any]) -> list[On]:
+    """Return what is listened to of one system, each kind of event once."""
+    kinds: dict[tuple, On] = {}
+    for heard in hearings(systems).values():
+        for _, on in heard:
+            if on.of == name:
+                kinds.setdefault(kind_of(on), on)
+    return list(kinds.values())
+
+
+def kind_of(on: On) -> tuple:
+    """Return what tells two kinds of events of one system apart."""
+    return (on.event,)
+
+
+def has_colors(system: Any) -> bool:
+    """Whether the particles of a system have colors of their own."""
+    return any(emitter.color or (emitter.on is not None and emitter.on.inherit.color) for emitter in getattr(system, "emitters", ()))
+
+
+def in_order(systems: Mapping[str, Any]) -> list[str]:
+    """Return the systems' names, each after those it listens to, else as they are written; members of a circle come last."""
+    parents = {name: {on.of for _, on in heard} for name, heard in hearings(systems).items()}
+    order: list[str] = []
+    while ready := [name for name in systems if name not in order and parents.get(name, set()) & set(systems) <= set(order)]:
+        order.append(ready[0])
+    return order + [name for name in systems if name not in order]
+
+
+def event_mistakes(systems: Mapping[str, Any]) -> list[Mistake]:
+    """Return a mistake for each event that cannot be heard."""
+    found = []
+    heard = hearings(systems)
+    for name, entries in heard.items():
+        for path, on in entries:
+            found += _mistakes_of(name, path, on, systems)
+    return found or _circles(heard, systems)
+
+
+def _mistakes_of(name: str, path: tuple, on: On, systems: Mapping[str, Any]) -> list[Mistake]:
+    others = [other for other in systems if other != name]
+    if on.of == name:
+        message = f"a system cannot listen to itself: put these emitters into a system of their own{_known(others)}"
+        return [Mistake((*path, "of"), message, ("systems",))]
+    if on.of not in systems:
+        return [Mistake((*path, "of"), f'there is no system "{on.of}"{_known(others)}', ("systems",), nearest(on.of, others))]
+    if on.inherit.color and not has_colors(systems[on.of]):
+        message = f'"{on.of}" has no colors of its own to inherit: its emitters need a color'
+        return [Mistake((*path, "inherit", "color"), message, ("systems",))]
+    return []
+
+
+def _known(names: list[str]) -> str:
+    return f" (other systems: {listed(names)})" if names else " (the scene has no other system)"
+
+
+def _circles(heard: dict[str, list[Hearing]], systems: Mapping[str, Any]) -> list[Mistake]:
+    """Return a mistake for one `on` of each circle of systems that wait for each other."""
+    parents = {name: [(path, on.of) for path, on in entries] for name, entries in heard.items()}
+    found, told = [], set()
+    for name in systems:
+        way = _way_back(name, parents)
+        if way and not told & set(way):
+            told |= set(way)
+            path = next(path for path, of in parents[name] if of == way[1])
+            message = f"systems cannot listen in a circle: {' to '.join(way)}; one of them must not listen to the next"
+            found.append(Mistake((*path, "of"), message, ("systems",)))
+    return found
+
+
+def _way_back(name: str, parents: dict[str, list]) -> list[str]:
+    """Return the shortest way of listening from a system to itself, both ends included; empty if there is none."""
+    ways, seen = [[name]], set()
+    while ways:
+        way = ways.pop(0)
+        for _, of in parents.get(way[-1], ()):
+            if of == name:
+                return [*way, name]
+            if of not in seen:
+                seen.add(of)
+                ways.append([*way, of])
+    return []
