@@ -36,7 +36,7 @@ def binary_exponent64(x: wp.float64) -> wp.int64:
 
 @wp.func(inline=True)
 def exp_negative(z: float) -> float:
-    """Return e^z for z <= 0, to 2e-7 relative.  Source: e^z = 2^n 2^f, Taylor series of 2^f on |f| <= ½."""
+    """Return e^z for z <= 80, to 2e-7 relative; e^-80 below −80.  Source: e^z = 2^n 2^f, Taylor series of 2^f on |f| <= ½."""
     y = wp.max(z, -80.0) * 1.44269504
     n = wp.floor(y + 0.5)
     g = (y - n) * LN_2
@@ -49,6 +49,18 @@ def mean_decay(z: float) -> float:
     """Return φ(z) = (1 − e^{−z})/z for z >= 0, the mean of e^{−s} on [0, z], to 5e-7; the series spares small z the cancellation."""
     series = 1.0 - z * (0.5 - z * (0.16666667 - z * (0.041666667 - z * (0.0083333333 - z * (0.0013888889 - z * 0.0001984127)))))
     return wp.where(z < 0.5, series, (1.0 - exp_negative(-z)) / wp.max(z, 0.5))
+
+
+@wp.func(inline=True)
+def exponential_integral(q: float) -> float:
+    """Return E₁(q) + ln min(q, 1) for q >= 0, to 2e-7: smooth at 0, where E₁ is not.  Source: Abramowitz & Stegun 1964, 5.1.11, 5.1.56."""
+    x = wp.min(q, 1.0)
+    near = 0.00023148148 - x * (2.8344671e-05 - x * (3.1001984e-06 - x * (3.0619244e-07 - x * 2.7557319e-08)))
+    near = x * (1.0 - x * (0.25 - x * (0.055555556 - x * (0.010416667 - x * (0.0016666667 - x * near))))) - 0.57721566
+    y = wp.min(wp.max(q, 1.0), 80.0)
+    top = 0.26777373 + y * (8.6347609 + y * (18.059017 + y * (8.5733287 + y)))
+    bottom = 3.9584969 + y * (21.099653 + y * (25.632956 + y * (9.5733223 + y)))
+    return wp.where(q < 1.0, near, exp_negative(-y) * top / (y * bottom))
 
 
 @wp.func(inline=True)

@@ -3,9 +3,10 @@
 import warp as wp
 
 from warpsim.kernels.collision import Collider
-from warpsim.kernels.flow import FlowPrimitive, sample_flow
+from warpsim.kernels.flow import sample_flow
 from warpsim.kernels.forces import ForceField, sample_acceleration
 from warpsim.kernels.planar import read3, write3
+from warpsim.kernels.primitive import FlowPrimitive
 from warpsim.kernels.signals import Signals, sample_signal
 
 SIX_PI = wp.constant(18.849556)
@@ -42,6 +43,18 @@ def sample_strength(signals: Signals, signal: wp.vec3i, t: wp.float64) -> wp.vec
     return s
 
 
+@wp.func
+def primitive_at(primitive: FlowPrimitive, signals: Signals, t: wp.float64) -> FlowPrimitive:
+    """Return a primitive as it is at time t [s]: its strength, its place, its radius."""
+    p = primitive
+    p.time = t
+    p.strength = primitive.gain * sample_strength(signals, primitive.signal, t)
+    p.center = primitive.center + sample_strength(signals, primitive.travel, t)
+    if primitive.radius_signal >= 0:
+        p.radius = float(sample_signal(signals, primitive.radius_signal, t))
+    return p
+
+
 @wp.kernel(enable_backward=False)
 def sample_moments(
     first: int,
@@ -53,13 +66,11 @@ def sample_moments(
     flow_out: wp.array2d[FlowPrimitive],
     forces_out: wp.array2d[ForceField],
 ):
-    """Fill the tables' rows of one moment t = start + j·spacing [s]: each primitive and field with its strength at t."""
+    """Fill the tables' rows of one moment t = start + j·spacing [s]: each primitive and field as it is at t."""
     j = first + wp.tid()
     t = start_time[0] + wp.float64(j) * spacing
     for k in range(primitives.shape[0]):
-        primitive = primitives[k]
-        primitive.strength = primitive.gain * sample_strength(signals, primitive.signal, t)
-        flow_out[j, k] = primitive
+        flow_out[j, k] = primitive_at(primitives[k], signals, t)
     for k in range(fields.shape[0]):
         field = fields[k]
         field.strength = sample_strength(signals, field.signal, t)

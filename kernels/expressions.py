@@ -1,4 +1,4 @@
-"""Formulas of t as postfix programs, run by a small stack machine on the device: no eval, no generated code.
+"""Formulas of t, and of a place x, y, z, as postfix programs, run by a small stack machine on the device: no eval, no generated code.
 
 The scene's parser (warpsim/scene/expressions.py) writes the programs; a test holds its names equal to these.
 """
@@ -8,13 +8,13 @@ import warp as wp
 from warpsim.kernels.elementary import cos64, exp64, log64, power64, sin64
 
 NAMES = (
-    *("constant", "t", "add", "subtract", "multiply", "divide", "power", "negate", "sin", "cos", "tan", "exp", "log", "sqrt"),
-    *("abs", "floor", "min", "max", "tanh", "step", "smoothstep", "clamp", "mod"),
+    *("constant", "t", "x", "y", "z", "add", "subtract", "multiply", "divide", "power", "negate", "sin", "cos", "tan", "exp", "log"),
+    *("sqrt", "abs", "floor", "min", "max", "tanh", "step", "smoothstep", "clamp", "mod"),
 )
 OPERATIONS = {name: number for number, name in enumerate(NAMES)}  # what an Instruction's operation holds
 
-CONSTANT, T, ADD, SUBTRACT, MULTIPLY, DIVIDE, POWER, NEGATE, SIN, COS, TAN, EXP, LOG, SQRT = range(14)
-ABS, FLOOR, MIN, MAX, TANH, STEP, SMOOTHSTEP, CLAMP, MOD = range(14, 23)
+CONSTANT, T, X, Y, Z, ADD, SUBTRACT, MULTIPLY, DIVIDE, POWER, NEGATE, SIN, COS, TAN, EXP, LOG, SQRT = range(17)
+ABS, FLOOR, MIN, MAX, TANH, STEP, SMOOTHSTEP, CLAMP, MOD = range(17, 26)
 STACK_DEPTH = wp.constant(16)
 Stack = wp.types.vector(length=16, dtype=wp.float64)
 
@@ -87,15 +87,19 @@ def apply_binary(operation: int, x: wp.float64, y: wp.float64) -> wp.float64:
 
 
 @wp.func
-def evaluate_program(program: wp.array[Instruction], begin: int, end: int, t: wp.float64) -> wp.float64:
-    """Return the value of the postfix program program[begin:end] at time t [s]."""
+def evaluate_program(program: wp.array[Instruction], begin: int, end: int, place: wp.vec3d, t: wp.float64) -> wp.float64:
+    """Return the value of the postfix program program[begin:end] at a place [m] and time t [s]."""
     stack = Stack()
     top = int(-1)
     for k in range(begin, end):
         operation = program[k].operation
-        if operation == CONSTANT or operation == T:
+        if operation <= Z:
             top = top + 1
-            stack[top] = wp.where(operation == CONSTANT, program[k].operand, t)
+            stack[top] = program[k].operand
+            if operation == T:
+                stack[top] = t
+            elif operation >= X:
+                stack[top] = place[operation - X]
         elif operation == SMOOTHSTEP:
             top = top - 2
             stack[top] = smoothstep64(stack[top], stack[top + 1], stack[top + 2])

@@ -1,39 +1,16 @@
-"""Flow primitives as rows of a table, and their superposition [m/s].
+"""Formulas of the flow primitives, and their superposition [m/s].
 
 Symbols: x point [m], d vector from the center or axis to x [m], r = |d|, U velocity [m/s], V′ rate of a source [m²/s] or
-[m³/s], Γ circulation [m²/s], R core radius [m]. Each formula takes (primitive, x); the registry FLOWS at the end numbers them.
+[m³/s], Γ circulation [m²/s], R core radius [m]. Each formula takes (primitive, x); the registry FLOWS at the end numbers them. Those of more than a few
+lines have files of their own: vortices.py.
 """
 
 import warp as wp
 
 from warpsim.kernels.elementary import mean_decay
-
-IDEAL, RANKINE, LAMB_OSEEN, SCULLY = range(4)
-CORES = {"ideal": IDEAL, "rankine": RANKINE, "lamb_oseen": LAMB_OSEEN, "scully": SCULLY}
-
-INVERSE_TWO_PI = wp.constant(0.15915494)
-INVERSE_FOUR_PI = wp.constant(0.079577472)
-SMALLEST_R2 = wp.constant(1.0e-12)  # [m²]: on an ideal singularity the formula stays finite
-
-
-@wp.struct
-class FlowPrimitive:
-    kind: int  # place in FLOWS
-    core: int  # IDEAL … SCULLY
-    center: wp.vec3  # [m]
-    axis: wp.vec3  # unit vector
-    direction: wp.vec3  # unit vector
-    core_radius: float  # [m]
-    signal: wp.vec3i  # rows of the signals that give the strength; -1: zero
-    gain: wp.mat33  # strength = gain · signals: an image's share of what it answers, a doublet's direction
-    strength: wp.vec3  # (U [m/s] | V′ | Γ | ω [rad/s], …) or a doublet's moment [m³/s] at the time of the table
-
-
-@wp.func(inline=True)
-def from_axis(p: FlowPrimitive, x: wp.vec3) -> wp.vec3:
-    """Return the vector from the primitive's axis to x [m]."""
-    d = x - p.center
-    return d - p.axis * wp.dot(d, p.axis)
+from warpsim.kernels.expressions import evaluate_program
+from warpsim.kernels.primitive import INVERSE_FOUR_PI, INVERSE_TWO_PI, LAMB_OSEEN, RANKINE, SCULLY, SMALLEST_R2, FlowPrimitive, from_axis
+from warpsim.kernels.vortices import sample_vortex_ring, sample_vortex_segment
 
 
 @wp.func(inline=True)
@@ -88,6 +65,16 @@ def sample_rotation(p: FlowPrimitive, x: wp.vec3) -> wp.vec3:
     return wp.cross(p.axis, x - p.center) * p.strength[0]
 
 
+@wp.func
+def sample_expression(p: FlowPrimitive, x: wp.vec3) -> wp.vec3:
+    """Return v = (f(x, t), g(x, t), h(x, t)), three formulas in float64; what is not finite stays so, and the run answers it."""
+    place = wp.vec3d(wp.float64(x[0]), wp.float64(x[1]), wp.float64(x[2]))
+    u = evaluate_program(p.program, p.span[0], p.span[1], place, p.time)
+    v = evaluate_program(p.program, p.span[1], p.span[2], place, p.time)
+    w = evaluate_program(p.program, p.span[2], p.span[3], place, p.time)
+    return wp.vec3(float(u), float(v), float(w))
+
+
 FLOWS = {
     "uniform": sample_uniform,
     "source": sample_source,
@@ -95,6 +82,9 @@ FLOWS = {
     "vortex": sample_vortex,
     "doublet": sample_doublet,
     "rotation": sample_rotation,
+    "vortex_segment": sample_vortex_segment,
+    "vortex_ring": sample_vortex_ring,
+    "expression": sample_expression,
 }
 
 

@@ -51,5 +51,5 @@ def sample_signal(signals: Signals, index: int, t: wp.float64) -> wp.float64:
     elif s.kind == SINE:
         return s.mean + s.amplitude * sin64(TWO_PI64 * (t / s.period) + s.phase)
     elif s.kind == FORMULA:
-        return evaluate_program(signals.program, s.begin, s.end, t)
+        return evaluate_program(signals.program, s.begin, s.end, wp.vec3d(), t)  # a strength has no place: the parser sees to it
     return s.mean

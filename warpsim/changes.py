@@ -13,7 +13,7 @@ from warpsim.scene.strengths import Formula, Keyframes, Sine
 
 # What arrays, graphs and identities are built from.
 FIXED = frozenset(
-    "name description seed fps substeps prewarm capacity motion solver type interval start stop burst feels memory law model fill".split()
+    "name description seed fps substeps prewarm capacity motion solver type interval start stop burst feels memory law model fill octaves".split()
 )
 
 
@@ -62,11 +62,16 @@ def difference(old: Any, new: Any, path: tuple[str, ...]) -> str | None:
             return where
         pairs = [(str(k), a, b) for k, (a, b) in enumerate(zip(old, new, strict=True))]
     for name, a, b in pairs:
-        if name in FIXED and a != b:
+        if name in FIXED and a != b and not _is_place(a):
             return ".".join([*path, name])
         if found := difference(a, b, (*path, name)):
             return found
     return None
+
+
+def _is_place(value: Any) -> bool:
+    """Whether this is a point, such as the `start` of a segment: an emitter's `start` is a time."""
+    return isinstance(value, tuple) and len(value) == 3 and all(isinstance(component, int | float) for component in value)
 
 
 def _is_text(path: tuple[str, ...]) -> bool:

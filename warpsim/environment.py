@@ -12,6 +12,7 @@ from warpsim.kernels import expressions, flow, forces, signals
 from warpsim.kernels.collision import Collider
 from warpsim.kernels.environment import UNSTABLE_POLICIES, sample_moments
 from warpsim.kernels.environment import Environment as EnvironmentRow
+from warpsim.kernels.primitive import CORES, FlowPrimitive
 from warpsim.launch import Stage
 from warpsim.scene import Scene
 from warpsim.scene.obstacles import answers
@@ -39,13 +40,18 @@ class SignalTable:
             row.kind = signals.SINE
             row.mean, row.amplitude, row.period, row.phase = wave.mean, wave.amplitude, wave.period, wave.phase
         elif isinstance(strength, Formula):
-            row.kind, row.begin = signals.FORMULA, len(self._program)
-            self._program += [(expressions.OPERATIONS[name], operand) for name, operand in strength.program]
-            row.end = len(self._program)
+            row.kind = signals.FORMULA
+            row.begin, row.end = self.add_program(strength.program)
         else:
             row.mean = strength
         self._rows.append(row)
         return len(self._rows) - 1
+
+    def add_program(self, program: Sequence[tuple[str, float]]) -> tuple[int, int]:
+        """Append a formula's program and return where it begins and ends."""
+        begin = len(self._program)
+        self._program += [(expressions.OPERATIONS[name], operand) for name, operand in program]
+        return begin, len(self._program)
 
     def tables(self, device: str) -> signals.Signals:
         """Return the tables on the device."""
@@ -77,29 +83,54 @@ def across(axis: Sequence[float], vector: Sequence[float]) -> wp.vec3:
     return unit(v - a * (a @ v) / (a @ a))
 
 
-def flow_row(spec, table: SignalTable) -> flow.FlowPrimitive:
-    """Make a primitive's row: its fields by their names, its strength as signals."""
-    row = flow.FlowPrimitive()
-    row.kind = list(flow.FLOWS).index(spec.type)
-    row.signal = strength_signals(getattr(spec, spec.strength_field), table)
-    row.gain, row.core_radius = IDENTITY, 1.0
-    if hasattr(spec, "center"):
-        row.center = wp.vec3(*spec.center)
-    if hasattr(spec, "axis"):
-        row.axis = unit(spec.axis)
+def still_row(kind: str) -> FlowPrimitive:
+    """Make a row of a kind that no signal drives: without strength, where it is, as it is."""
+    row = FlowPrimitive()
+    row.kind, row.gain = list(flow.FLOWS).index(kind), IDENTITY
+    row.signal = row.travel = wp.vec3i(-1, -1, -1)
+    row.radius_signal = -1
+    return row
+
+
+def flow_row(spec, table: SignalTable) -> FlowPrimitive:
+    """Make a primitive's row: its fields by their names, its strength and its travel as signals."""
+    row = still_row(spec.type)
+    row.core_radius = 1.0
+    if spec.strength_field is None:
+        spans = [table.add_program(program) for program in spec.programs]
+        row.span = wp.vec4i(*[begin for begin, _ in spans], spans[-1][1])
+    else:
+        row.signal = strength_signals(getattr(spec, spec.strength_field), table)
+    if hasattr(spec, "travel"):
+        row.travel = strength_signals(spec.travel, table)
+    place_row(row, spec)
     if hasattr(spec, "direction"):
         row.direction = across(spec.axis, spec.direction)
     if spec.type == "doublet":
         row.gain = wp.mat33(*(x for component in row.direction for x in (component, 0.0, 0.0)))  # its moment is strength times direction
+    if hasattr(spec, "radius"):
+        row.radius_signal = table.add(spec.radius)
     if hasattr(spec, "core"):
-        row.core, row.core_radius = flow.CORES[spec.core.model], spec.core.radius or 1.0
+        row.core, row.core_radius = CORES[spec.core.model], spec.core.radius or 1.0
     return row
 
 
-def bound_row(spec, table: SignalTable) -> flow.FlowPrimitive:
+def place_row(row: FlowPrimitive, spec) -> None:
+    """Put a primitive where it is: its center and axis, or those of its segment, worked out in float64."""
+    if hasattr(spec, "center"):
+        row.center = wp.vec3(*spec.center)
+    for name in ("axis", "normal"):
+        if hasattr(spec, name):
+            row.axis = unit(getattr(spec, name))
+    if hasattr(spec, "start"):
+        start, end = np.array(spec.start), np.array(spec.end)
+        row.center, row.axis = wp.vec3(*(0.5 * (start + end))), unit(end - start)
+        row.half_length = 0.5 * math.dist(start, end)
+
+
+def bound_row(spec, table: SignalTable) -> FlowPrimitive:
     """Make the row of a cylinder's own circulation."""
-    row = flow.FlowPrimitive()
-    row.kind, row.gain = list(flow.FLOWS).index("vortex"), IDENTITY
+    row = still_row("vortex")
     row.signal = strength_signals(spec.circulation, table)
     return CylinderImages(spec).own(row)
 
@@ -126,6 +157,7 @@ class Environment:
         self.scene, self.device = scene, device
         table = self._rows_of(scene)
         self.signals = table.tables(device)
+        self._give_programs()
         self.start_time = wp.zeros(1, dtype=wp.float64, device=device)
 
     def _rows_of(self, scene: Scene) -> SignalTable:
@@ -141,6 +173,12 @@ class Environment:
         """Take the numbers of another scene of the same structure, in place: addresses stay, so captured graphs stay valid."""
         self.scene = scene
         self._rows_of(scene).write(self.signals)
+        self._give_programs()
+
+    def _give_programs(self) -> None:
+        """Let the rows of expressions point at the table of programs; the environment keeps it alive."""
+        for row in chain(*self._flow):
+            row.program = self.signals.program
 
     def feel(self, feels, coupling, substep_count: int) -> "Surroundings":
         """Return the tables of one system: what it feels, with a moment at every half substep."""
@@ -181,9 +219,9 @@ class Surroundings:
         device = environment.device
         self.start_time = environment.start_time if start_time is None else start_time
         self._signals, self._moment_count, self._spacing = environment.signals, moment_count, spacing
-        self._flow = wp.array(flow_rows, dtype=flow.FlowPrimitive, device=device)
+        self._flow = wp.array(flow_rows, dtype=FlowPrimitive, device=device)
         self._forces = wp.array(force_rows, dtype=forces.ForceField, device=device)
-        row.flow = wp.zeros((moment_count, len(flow_rows)), dtype=flow.FlowPrimitive, device=device)
+        row.flow = wp.zeros((moment_count, len(flow_rows)), dtype=FlowPrimitive, device=device)
         row.forces = wp.zeros((moment_count, len(force_rows)), dtype=forces.ForceField, device=device)
         row.colliders = wp.zeros((moment_count, 0), dtype=Collider, device=device)
         self.flow, self.forces, self.colliders = row.flow, row.forces, row.colliders

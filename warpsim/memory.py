@@ -8,7 +8,7 @@ from warpsim.scene.events import events_of, has_colors
 from warpsim.scene.obstacles import answers
 
 BYTES_PER_PARTICLE = 60  # fields (52), flag of the living, and the place in a snapshot's index; a test holds it to the population's own
-BYTES_PER_PRIMITIVE = 160  # one row of a table of flow or forces
+BYTES_PER_PRIMITIVE = 256  # one row of a table of flow or forces
 BYTES_PER_EVENT = 56  # a row of the log of a kind of event, and its place in the prefix sum
 BYTES_PER_SEGMENT = 40  # a run of births within a frame
 GIB = 1 << 30

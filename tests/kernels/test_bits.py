@@ -7,9 +7,10 @@ from tests.physics.scenes import scene
 from warpsim import Simulation
 from warpsim.kernels.birth import SHAPES
 from warpsim.kernels.emission import COUNT_LAWS, VALUE_LAWS
-from warpsim.kernels.flow import CORES, FLOWS
+from warpsim.kernels.flow import FLOWS
 from warpsim.kernels.forces import ATTRACTOR_LAWS
 from warpsim.kernels.integration import METHODS
+from warpsim.kernels.primitive import CORES
 
 SINE = {"sine": {"mean": 0.5, "amplitude": 0.3, "period": 0.2}}
 BODIES = {
@@ -18,10 +19,14 @@ BODIES = {
     "point_source": {"center": [0, 3, 0], "rate": 2.0},
     "vortex": {"center": [0, 0, 0.1], "axis": [1, 2, 3], "circulation": SINE},
     "doublet": {"center": [0, 0, 3], "axis": [1, 0, 0], "direction": [0, 1, 0], "strength": 0.2},
-    "rotation": {"axis": [0, 1, 1], "angular_velocity": 0.5},
+    "rotation": {"axis": [0, 1, 1], "angular_velocity": 0.5, "travel": [SINE, 0.1, {"expression": "t"}]},
+    "vortex_segment": {"start": [0, 0.2, 0], "end": [1, 0, 0.5], "circulation": SINE, "travel": [0, SINE, 0]},
+    "vortex_ring": {"normal": [1, 0, 1], "radius": {"keyframes": [[0, 0.5], [0.2, 0.8]]}, "circulation": 0.5, "travel": [SINE, 0, 0]},
+    "expression": {"velocity": ["0.3*sin(x*y - t)", "smoothstep(-1, 1, z)*exp(-x^2)", "clamp(mod(x, 0.4), 0.1, 0.3) + 0.1*log(2 + y^2)"]},
 }
 FLOW = [{"type": kind} | BODIES[kind] for kind in FLOWS]
-FLOW += [{"type": "vortex"} | BODIES["vortex"] | {"core": {"model": core, "radius": 0.3}} for core in CORES if core != "ideal"]
+VORTICES = ("vortex", "vortex_segment", "vortex_ring")
+FLOW += [{"type": k} | BODIES[k] | {"core": {"model": core, "radius": 0.3}} for core in CORES if core != "ideal" for k in VORTICES]
 FORCES = [{"type": "attractor", "center": [k, 1, 0], "strength": 0.001, "law": law} for k, law in enumerate(ATTRACTOR_LAWS)]
 EXTENTS = {
     "segment": {"start": [0, 0, 0], "end": [1, 1, 0]},

@@ -8,14 +8,17 @@ from tests.reference import flow as flow_reference
 from tests.reference import forces as force_reference
 from tests.reference.flow import Primitive, unit
 from tests.reference.forces import Field
-from warpsim.environment import across
+from warpsim.environment import SignalTable, across
 from warpsim.kernels import flow, forces
 from warpsim.kernels.environment import drag_rate, sample_velocities
 from warpsim.kernels.forces import ForceField, sample_acceleration
+from warpsim.kernels.primitive import CORES, FlowPrimitive
+from warpsim.scene.expressions import PLACE, compile_expression
 from warpsim.scene.flow import Core
 from warpsim.scene.forces import Attractor
 
-PLACE = {"center": (0.3, -0.2, 0.5), "axis": (1.0, 2.0, -0.5), "direction": (0.3, 0.1, 1.0)}
+WHERE = {"center": (0.3, -0.2, 0.5), "axis": (1.0, 2.0, -0.5), "direction": (0.3, 0.1, 1.0), "half_length": 0.7, "radius": 2.0}
+FORMULAS = ("sin(3*x)*y - t", "(x^2 + z^2 + 1)^-0.5 * exp(-abs(y))", "min(x, step(y, z)) + tanh(t*z)")
 
 
 @wp.kernel
@@ -26,10 +29,11 @@ def sample_accelerations(
     a_out[i] = sample_acceleration(table, 0, gravity, inverse_mass, points[i])
 
 
-def flow_row(p: Primitive) -> flow.FlowPrimitive:
-    row = flow.FlowPrimitive()
-    row.kind, row.core, row.core_radius = list(flow.FLOWS).index(p.type), flow.CORES[p.core], p.core_radius
+def flow_row(p: Primitive) -> FlowPrimitive:
+    row = FlowPrimitive()
+    row.kind, row.core, row.core_radius = list(flow.FLOWS).index(p.type), CORES[p.core], p.core_radius
     row.center, row.axis, row.direction = wp.vec3(*p.center), wp.vec3(*unit(p.axis)), across(p.axis, p.direction)
+    row.half_length, row.radius, row.time = p.half_length, p.radius, p.time
     row.strength = wp.vec3(*p.strength) if isinstance(p.strength, tuple) else wp.vec3(p.strength, 0.0, 0.0)
     if p.type == "doublet":
         row.strength = row.direction * p.strength  # its moment
@@ -44,7 +48,14 @@ def force_row(f: Field) -> ForceField:
 
 
 def velocities(primitives, points, device) -> np.ndarray:
-    table = wp.array([flow_row(p) for p in primitives], dtype=flow.FlowPrimitive, device=device).reshape((1, len(primitives)))
+    rows, signals = [flow_row(p) for p in primitives], SignalTable()
+    for row, p in zip(rows, primitives, strict=True):
+        spans = [signals.add_program(compile_expression(text, PLACE)) for text in p.formulas]
+        row.span = wp.vec4i(*[begin for begin, _ in spans], spans[-1][1])
+    program = signals.tables(device).program
+    for row in rows:
+        row.program = program
+    table = wp.array(rows, dtype=FlowPrimitive, device=device).reshape((1, len(primitives)))
     planar = wp.array(np.ascontiguousarray(points.T), dtype=float, device=device)
     out = wp.zeros_like(planar)
     wp.launch(sample_velocities, len(points), [0, table, planar, out], device=device)
@@ -67,8 +78,9 @@ def primitives() -> list:
     """Every kind; a vortex once for every core."""
     cases = []
     for kind in flow.FLOWS:
-        for core in flow.CORES if kind == "vortex" else ("ideal",):
-            cases.append(pytest.param(Primitive(kind, strength_of(kind), **PLACE, core=core, core_radius=0.6), id=f"{kind}-{core}"))
+        for core in CORES if kind.startswith("vortex") else ("ideal",):
+            p = Primitive(kind, strength_of(kind), **WHERE, core=core, core_radius=0.6, formulas=FORMULAS, time=0.4)
+            cases.append(pytest.param(p, id=f"{kind}-{core}"))
     return cases
 
 
@@ -79,9 +91,9 @@ def close(got, exact, rtol, scale=None):
 
 
 def test_every_kind_core_and_law_has_a_twin():
-    assert set(flow_reference.FLOWS) == set(flow.FLOWS) and set(flow_reference.CORES) == set(flow.CORES)
+    assert set(flow_reference.FLOWS) == set(flow.FLOWS) and set(flow_reference.CORES) == set(CORES)
     assert set(force_reference.FORCES) == set(forces.FORCES) and set(force_reference.ATTRACTOR_LAWS) == set(forces.ATTRACTOR_LAWS)
-    assert set(flow.CORES) == set(Core.model_fields["model"].annotation.__args__)
+    assert set(CORES) == set(Core.model_fields["model"].annotation.__args__)
     assert set(forces.ATTRACTOR_LAWS) == set(Attractor.model_fields["law"].annotation.__args__)
 
 

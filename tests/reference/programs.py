@@ -45,12 +45,13 @@ OPERATIONS = {
 }
 
 
-def evaluate(program, t: float) -> float:
-    """Return the value of [(operation name, operand), …] at time t [s]."""
+def evaluate(program, t: float, place=(0.0, 0.0, 0.0)) -> float:
+    """Return the value of [(operation name, operand), …] at time t [s] and a place [m]."""
+    variables = {"t": t, **dict(zip("xyz", map(float, place), strict=True))}
     stack: list[float] = []
     for name, operand in program:
-        if name in ("constant", "t"):
-            stack.append(operand if name == "constant" else t)
+        if ARITY[name] == 0:
+            stack.append(variables.get(name, operand))
             continue
         arguments = stack[-ARITY[name] :]
         del stack[-ARITY[name] :]

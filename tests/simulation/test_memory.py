@@ -4,8 +4,8 @@ import pytest
 
 from tests.simulation.scenes import scene
 from warpsim import SceneError, Simulation, memory
-from warpsim.kernels.flow import FlowPrimitive
 from warpsim.kernels.forces import ForceField
+from warpsim.kernels.primitive import FlowPrimitive
 from warpsim.population import FIELDS
 
 

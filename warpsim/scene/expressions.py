@@ -1,4 +1,4 @@
-"""Expressions of the time t: own tokenizer and precedence parser, compiled to a postfix program. Nothing is ever executed as code.
+"""Expressions of the time t, and in a flow of a place x, y, z: own tokenizer and precedence parser, compiled to a postfix program. Nothing is ever executed as code.
 
 Grammar, loosest first: sum of products of signed powers; `^` (or `**`) binds tightest and to the right, so -t^2 is -(t^2).
 """
@@ -12,6 +12,9 @@ from warpsim.scene.nearest import nearest
 OPERATIONS: dict[str, int] = {
     "constant": 0,
     "t": 0,
+    "x": 0,
+    "y": 0,
+    "z": 0,
     "add": 2,
     "subtract": 2,
     "multiply": 2,
@@ -55,6 +58,10 @@ FUNCTIONS: dict[str, str] = {
 }
 """The functions a user may call, with their meaning."""
 
+TIME = ("t",)
+PLACE = ("x", "y", "z", "t")
+"""What a formula may be of: a strength of the time [s], a flow of a place [m], too."""
+
 CONSTANTS = {"pi": math.pi, "e": math.e}
 LONGEST_PROGRAM = 256
 DEEPEST_STACK = 16
@@ -77,8 +84,8 @@ class ExpressionError(ValueError):
 class _Parser:
     """One pass over the tokens; instructions come out in postfix order."""
 
-    def __init__(self, text: str):
-        self.text = text
+    def __init__(self, text: str, variables: tuple[str, ...]):
+        self.text, self.variables = text, variables
         self.tokens = list(self._tokens())
         self.place = 0
         self.nesting = 0
@@ -174,23 +181,28 @@ class _Parser:
             self._deeper(self._sum, offset)
             self._close(offset)
         elif kind == "end":
-            raise ExpressionError("the expression ends where a number, t or a function is expected", offset)
+            raise ExpressionError("the expression ends where a number, a name or a function is expected", offset)
         else:
-            raise ExpressionError(f'expected a number, t or a function before "{word}"', offset)
+            raise ExpressionError(f'expected a number, a name or a function before "{word}"', offset)
 
     def _named(self, word: str, offset: int) -> None:
         if word in FUNCTIONS:
             self._call(word, offset)
         elif word in CONSTANTS:
             self._put("constant", CONSTANTS[word], offset)
-        elif word == "t":
-            self._put("t", 0.0, offset)
+        elif word in self.variables:
+            self._put(word, 0.0, offset)
         else:
-            called = self._sees("(")
-            allowed = [*FUNCTIONS] if called else ["t", *CONSTANTS, *FUNCTIONS]
-            known = ", ".join(FUNCTIONS) if called else "t, pi, e and functions"
-            guess = nearest(word, allowed) or ("t" if word.lower() in ("time", "x", "s") and not called else None)
-            raise ExpressionError(f'unknown {"function" if called else "name"} "{word}" (known: {known})', offset, guess)
+            self._unknown(word, offset)
+
+    def _unknown(self, word: str, offset: int) -> None:
+        called = self._sees("(")
+        if word in PLACE and not called:
+            raise ExpressionError(f'unknown name "{word}": a strength varies in t alone; x, y and z are for flows of type expression', offset, "t")
+        allowed = [*FUNCTIONS] if called else [*self.variables, *CONSTANTS, *FUNCTIONS]
+        known = ", ".join(FUNCTIONS) if called else f"{', '.join(self.variables)}, pi, e and functions"
+        guess = nearest(word, allowed) or ("t" if word.lower() in ("time", "s") and not called else None)
+        raise ExpressionError(f'unknown {"function" if called else "name"} "{word}" (known: {known})', offset, guess)
 
     def _call(self, word: str, offset: int) -> None:
         wanted = OPERATIONS[word]
@@ -218,10 +230,10 @@ class _Parser:
 
 
 @lru_cache(maxsize=1024)
-def compile_expression(text: str) -> tuple[tuple[str, float], ...]:
-    """Compile an expression of t [s] to postfix (operation name, operand).
+def compile_expression(text: str, variables: tuple[str, ...] = TIME) -> tuple[tuple[str, float], ...]:
+    """Compile an expression of t [s], or of other variables, to postfix (operation name, operand).
 
     Raises ExpressionError with the character where the mistake is. At most 256 instructions, at most 16 values waiting on the stack.
     Source: Dijkstra 1961 (shunting yard), written as recursive descent.
     """
-    return _Parser(text).parse()
+    return _Parser(text, variables).parse()

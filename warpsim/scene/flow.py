@@ -1,11 +1,20 @@
 """Flow primitives: velocity fields that superpose. Each states its strength; lines run along an axis without end."""
 
-from typing import Annotated, ClassVar, Literal
+import math
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
-from warpsim.scene.base import Direction, Mistake, Name, Number, Spec, Vec3, mistakes, one_of_types
-from warpsim.scene.strengths import Strength
+from warpsim.scene.base import Direction, Mistake, Name, Number, Spec, Vec3, is_number, mistakes, one_of_types
+from warpsim.scene.expressions import PLACE, compile_expression
+from warpsim.scene.strengths import PositiveStrength, Strength, parsed
+
+Travel = tuple[Strength, Strength, Strength]
+
+
+def travel_field() -> Any:
+    """Make the field by which a primitive that has a place moves."""
+    return Field((0.0, 0.0, 0.0), description="How far the whole of it is from where it is written, along x, y and z, each a strength [m].")
 
 
 class FlowPrimitive(Spec):
@@ -13,8 +22,8 @@ class FlowPrimitive(Spec):
 
     name: Name | None = Field(None, description="Name for `feels` and `--set flow.NAME.…`.")
 
-    strength_field: ClassVar[str]
-    """Name of the field that is the strength (not `strength`: the doublet's own field is called that)."""
+    strength_field: ClassVar[str | None]
+    """Name of the field that is the strength (not `strength`: the doublet's own field is called that); None where formulas say it all."""
 
 
 class Core(Spec):
@@ -55,6 +64,7 @@ class Source(FlowPrimitive):
     center: Vec3 = Field((0.0, 0.0, 0.0), description="A point on the line [m].")
     axis: Direction = Field((0.0, 1.0, 0.0), description="Direction of the line, of any length [1].")
     rate: Strength = Field(description="Volume per second and meter of line; negative is a sink [m^2/s].")
+    travel: Travel = travel_field()
 
 
 class PointSource(FlowPrimitive):
@@ -64,6 +74,7 @@ class PointSource(FlowPrimitive):
     type: Literal["point_source"] = Field("point_source", description="Kind of flow.")
     center: Vec3 = Field((0.0, 0.0, 0.0), description="Where it is [m].")
     rate: Strength = Field(description="Volume per second; negative is a sink [m^3/s].")
+    travel: Travel = travel_field()
 
 
 class Vortex(FlowPrimitive):
@@ -75,6 +86,7 @@ class Vortex(FlowPrimitive):
     axis: Direction = Field((0.0, 1.0, 0.0), description="Direction of the line, of any length [1].")
     circulation: Strength = Field(description="Integral of v along a loop round the line [m^2/s].")
     core: Core = Field(Core(), description="How the center is regularized.")
+    travel: Travel = travel_field()
 
 
 class Doublet(FlowPrimitive):
@@ -88,6 +100,7 @@ class Doublet(FlowPrimitive):
         (1.0, 0.0, 0.0), description="Upstream to downstream, across the axis; its part along the axis is dropped [1]."
     )
     strength: Strength = Field(description="Strength U R^2 [m^3/s].")
+    travel: Travel = travel_field()
 
     @model_validator(mode="after")
     def _direction_crosses_axis(self):
@@ -107,6 +120,79 @@ class Rotation(FlowPrimitive):
     center: Vec3 = Field((0.0, 0.0, 0.0), description="A point on the axis [m].")
     axis: Direction = Field((0.0, 1.0, 0.0), description="Axis of the rotation, of any length [1].")
     angular_velocity: Strength = Field(description="Angle per second [rad/s].")
+    travel: Travel = travel_field()
+
+
+class VortexSegment(FlowPrimitive):
+    """A straight vortex line of finite length, by Biot and Savart's law: several make a polygon; a long one is like `vortex`."""
+
+    strength_field: ClassVar[str] = "circulation"
+    type: Literal["vortex_segment"] = Field("vortex_segment", description="Kind of flow.")
+    start: Vec3 = Field(description="One end [m].")
+    end: Vec3 = Field(description="The other end; the fluid circles right-handed about the way from start to end [m].")
+    circulation: Strength = Field(description="Integral of v along a loop close round the segment [m^2/s].")
+    core: Core = Field(Core(), description="How the line is regularized; r is the distance from the segment.")
+    travel: Travel = travel_field()
+
+    @model_validator(mode="after")
+    def _has_a_length(self):
+        length = math.dist(self.start, self.end)
+        if length <= 1e-6 * max(1.0, *map(abs, self.start), *map(abs, self.end)):
+            message = f"a segment needs a length: its start and end are {length:g} m apart (move one of them)"
+            raise mistakes([Mistake(("end",), message, ("start", "end"))])
+        return self
+
+
+class VortexRing(FlowPrimitive):
+    """A circular vortex line, by Biot and Savart's law: v = circulation radius^2/(2 (radius^2 + z^2)^(3/2)) on its axis, along the normal."""
+
+    strength_field: ClassVar[str] = "circulation"
+    type: Literal["vortex_ring"] = Field("vortex_ring", description="Kind of flow.")
+    center: Vec3 = Field((0.0, 0.0, 0.0), description="Center of the circle [m].")
+    normal: Direction = Field((0.0, 1.0, 0.0), description="Where the fluid goes inside the ring, of any length [1].")
+    radius: PositiveStrength = Field(description="Radius of the circle; a strength, so that a ring may widen and shrink [m].")
+    circulation: Strength = Field(description="Integral of v along a loop through the ring [m^2/s].")
+    core: Core = Field(Core(), description="How the line is regularized; r is the distance from the circle.")
+    travel: Travel = travel_field()
+
+    @model_validator(mode="after")
+    def _has_a_size(self):
+        if is_number(self.radius) and self.radius < 1e-6:
+            raise mistakes([Mistake(("radius",), f"must be at least 1e-06 m, got {self.radius:g}", ("radius",))])
+        return self
+
+
+def _as_text(value: Any) -> Any:
+    return f"{value:.17g}" if is_number(value) else value
+
+
+def _of_place(text: str) -> str:
+    return parsed(text, PLACE)
+
+
+PlaceFormula = Annotated[
+    str,
+    Field(min_length=1, max_length=2000),
+    BeforeValidator(_as_text),  # 0 is a formula, too
+    AfterValidator(_of_place),
+    WithJsonSchema({"anyOf": [{"type": "string", "minLength": 1, "maxLength": 2000}, {"type": "number"}]}),
+]
+
+
+class Expression(FlowPrimitive):
+    """Any velocity that three formulas of the place x, y, z in meters and the time t in seconds can say: `velocity: ["-y", "x", "0"]`."""
+
+    strength_field: ClassVar[None] = None
+    type: Literal["expression"] = Field("expression", description="Kind of flow.")
+    velocity: tuple[PlaceFormula, PlaceFormula, PlaceFormula] = Field(
+        description="Velocity along x, y and z, each a formula of x, y, z and t, worked out in 64 bits; where it is not finite, "
+        "`limits.unstable` says what happens [m/s]."
+    )
+
+    @property
+    def programs(self) -> tuple[tuple[tuple[str, float], ...], ...]:
+        """The three formulas as postfix instructions (operation name, operand)."""
+        return tuple(compile_expression(text, PLACE) for text in self.velocity)
 
 
 FlowUnion = one_of_types(FlowPrimitive)

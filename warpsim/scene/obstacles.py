@@ -107,6 +107,8 @@ def _misfit(obstacle: Any, primitive: Any) -> tuple[str, str] | None:
     if primitive.type not in obstacle.answerable:
         known = ", ".join(sorted(obstacle.answerable))
         return "type", f'"{primitive.type}" has no exact image at a {obstacle.type}, which answers {known}'
+    if any(component != 0.0 for component in getattr(primitive, "travel", ())):
+        return "travel", "must be left out where an obstacle answers: images are worked out once"
     return obstacle.misfit(primitive)
 
 

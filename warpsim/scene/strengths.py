@@ -6,7 +6,7 @@ from pydantic import AfterValidator, Field, field_validator
 from pydantic_core import PydanticCustomError
 
 from warpsim.scene.base import LARGEST_STRENGTH, Floor, Mistake, Number, Spec, form_by_key, is_number, mistakes, one_of_forms
-from warpsim.scene.expressions import ExpressionError, compile_expression
+from warpsim.scene.expressions import TIME, ExpressionError, compile_expression
 
 Amount = Annotated[Number, Field(ge=-LARGEST_STRENGTH, le=LARGEST_STRENGTH)]
 Moment = Annotated[Number, Field(ge=-1e7, le=1e7, description="Time [s].")]
@@ -47,6 +47,16 @@ class Sine(Spec):
     sine: SineWave = Field(description="The wave: mean + amplitude * sin(2 pi t / period + phase).")
 
 
+def parsed(text: str, variables: tuple[str, ...] = TIME) -> str:
+    """Return the text of a formula of the variables. Raises the error of a validator, which points at the character."""
+    try:
+        compile_expression(text, variables)
+    except ExpressionError as error:
+        context = {"what": error.message, "offset": error.offset, "suggestion": error.suggestion or ""}
+        raise PydanticCustomError("expression", "{what}", context) from None
+    return text
+
+
 class Formula(Spec):
     """A value written as an expression of the time t in seconds, e.g. "2 + sin(2*pi*t)"."""
 
@@ -55,12 +65,7 @@ class Formula(Spec):
     @field_validator("expression")
     @classmethod
     def _parses(cls, value: str) -> str:
-        try:
-            compile_expression(value)
-        except ExpressionError as error:
-            context = {"what": error.message, "offset": error.offset, "suggestion": error.suggestion or ""}
-            raise PydanticCustomError("expression", "{what}", context) from None
-        return value
+        return parsed(value)
 
     @property
     def program(self) -> tuple[tuple[str, float], ...]:

@@ -60,6 +60,31 @@ def _wind(primitive, reach: float) -> list[Vector]:
     return [(0.0, 0.0, 0.0), tip, *_arrow((0.0, 0.0, 0.0), tip, 0.2 * reach)]
 
 
+def _segment(primitive, reach: float) -> list[Vector]:
+    """The segment, an arrow's head at its end, its core round its middle."""
+    axis = _unit([b - a for a, b in zip(primitive.start, primitive.end, strict=True)])
+    middle = tuple(0.5 * (a + b) for a, b in zip(primitive.start, primitive.end, strict=True))
+    radius = primitive.core.radius or 0.1 * reach
+    return [primitive.start, primitive.end, *_arrow(primitive.start, primitive.end, 0.12 * reach), *_circle(middle, axis, radius)]
+
+
+def _ring(primitive, reach: float) -> list[Vector]:
+    """The circle as it is at first, and an arrow where the fluid goes through it."""
+    radius = _first_number(primitive.radius) or reach
+    tip = _along(primitive.center, _unit(primitive.normal), 0.5 * radius)
+    arrow = [primitive.center, tip, *_arrow(primitive.center, tip, 0.15 * radius)]
+    return [*_circle(primitive.center, primitive.normal, radius), *arrow]
+
+
+def _first_number(strength) -> float | None:
+    """The number that a strength is, or begins with; None where a formula would have to be worked out."""
+    if isinstance(strength, float | int):
+        return strength
+    knots = getattr(strength, "keyframes", None)
+    wave = getattr(strength, "sine", None)
+    return knots[0][1] if knots else wave.mean if wave else None
+
+
 def _cross(thing, reach: float) -> list[Vector]:
     center = getattr(thing, "center", None)
     return [] if center is None else _star(center, 0.3 * reach) + _ball(center, 0.15 * reach)
@@ -71,6 +96,8 @@ _FORMS = {
     "source": _line_with_rings,
     "doublet": _line_with_rings,
     "rotation": _line_with_rings,
+    "vortex_segment": _segment,
+    "vortex_ring": _ring,
 }
 
 
