@@ -67,7 +67,7 @@ def sample_rotation(p: FlowPrimitive, x: wp.vec3) -> wp.vec3:
 
 @wp.func
 def sample_expression(p: FlowPrimitive, x: wp.vec3) -> wp.vec3:
-    """Return v = (f(x, t), g(x, t), h(x, t)), three formulas in float64; what is not finite stays so, and the run answers it."""
+    """Return what three formulas of place and time say, worked out in float64; what is not finite stays so, and the run answers it."""
     place = wp.vec3d(wp.float64(x[0]), wp.float64(x[1]), wp.float64(x[2]))
     u = evaluate_program(p.program, p.span[0], p.span[1], place, p.time)
     v = evaluate_program(p.program, p.span[1], p.span[2], place, p.time)

@@ -153,7 +153,11 @@ def test_a_ring_moves_itself_as_theory_says():
 
 def test_travel_moves_the_whole_and_the_radius_follows_time():
     """A ring that widens and travels is at any time the ring that stands there; a tracer before it is passed."""
-    moving = ring("scully", radius={"keyframes": [[0, 0.8], [2, 1.2]]}, travel=[0, {"expression": "0.5*t"}, {"sine": {"amplitude": 0.3, "period": 8.0}}])
+    moving = ring(
+        "scully",
+        radius={"keyframes": [[0, 0.8], [2, 1.2]]},
+        travel=[0, {"expression": "0.5*t"}, {"sine": {"amplitude": 0.3, "period": 8.0}}],
+    )
     flow = probe(moving)
     points = CENTER + np.random.default_rng(7).normal(size=(50, 3))
     for time in (0.0, 1.0, 2.0, 3.0):

@@ -33,9 +33,9 @@ def problem_of(text: str) -> str:
     ("old", "new", "place", "words"),
     [
         ("of: rockets", "of: rocket", "a.yaml:6:32: systems.stars.emitters.0.on.of", 'there is no system "rocket"'),
-        ("of: rockets", "of: rocket", "6:32", 'did you mean rockets?'),
+        ("of: rockets", "of: rocket", "6:32", "did you mean rockets?"),
         ("of: rockets", "of: stars", "6:32", "cannot listen to itself"),
-        ("event: death", "event: deaht", "6:21", 'did you mean death?'),
+        ("event: death", "event: deaht", "6:21", "did you mean death?"),
         ("burst: {count: 3}", "burst: {count: 3, at: 1}", "7:31", "leave out at"),
         ("burst: {count: 3}", "burst: [{count: 3}, {count: 2}]", "7:16", "has one burst"),
         ("burst: {count: 3}", "lifetime: 3", "6:9", "burst: {count: …} is missing"),

@@ -1,4 +1,6 @@
-"""Expressions of the time t, and in a flow of a place x, y, z: own tokenizer and precedence parser, compiled to a postfix program. Nothing is ever executed as code.
+"""Expressions of the time t, and in a flow of a place x, y, z: own tokenizer and precedence parser, compiled to a postfix program.
+
+Nothing is ever executed as code.
 
 Grammar, loosest first: sum of products of signed powers; `^` (or `**`) binds tightest and to the right, so -t^2 is -(t^2).
 """
@@ -198,7 +200,8 @@ class _Parser:
     def _unknown(self, word: str, offset: int) -> None:
         called = self._sees("(")
         if word in PLACE and not called:
-            raise ExpressionError(f'unknown name "{word}": a strength varies in t alone; x, y and z are for flows of type expression', offset, "t")
+            message = f'unknown name "{word}": a strength varies in t alone; x, y and z are for flows of type expression'
+            raise ExpressionError(message, offset, "t")
         allowed = [*FUNCTIONS] if called else [*self.variables, *CONSTANTS, *FUNCTIONS]
         known = ", ".join(FUNCTIONS) if called else f"{', '.join(self.variables)}, pi, e and functions"
         guess = nearest(word, allowed) or ("t" if word.lower() in ("time", "s") and not called else None)

@@ -144,7 +144,7 @@ class VortexSegment(FlowPrimitive):
 
 
 class VortexRing(FlowPrimitive):
-    """A circular vortex line, by Biot and Savart's law: v = circulation radius^2/(2 (radius^2 + z^2)^(3/2)) on its axis, along the normal."""
+    """A circular vortex line, by Biot and Savart's law: on its axis v = circulation radius^2/(2 (radius^2 + z^2)^(3/2))."""
 
     strength_field: ClassVar[str] = "circulation"
     type: Literal["vortex_ring"] = Field("vortex_ring", description="Kind of flow.")
