@@ -1,8 +1,8 @@
 """Formulas of the flow primitives, and their superposition [m/s].
 
 Symbols: x point [m], d vector from the center or axis to x [m], r = |d|, U velocity [m/s], V′ rate of a source [m²/s] or
-[m³/s], Γ circulation [m²/s], R core radius [m]. Each formula takes (primitive, x); the registry FLOWS at the end numbers them. Those of more than a few
-lines have files of their own: vortices.py.
+[m³/s], Γ circulation [m²/s], R core radius [m]. Each formula takes (primitive, x); the registry FLOWS at the end numbers them.
+The longer ones have files of their own: vortices.py.
 """
 
 import warp as wp

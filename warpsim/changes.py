@@ -13,7 +13,10 @@ from warpsim.scene.strengths import Formula, Keyframes, Sine
 
 # What arrays, graphs and identities are built from.
 FIXED = frozenset(
-    "name description seed fps substeps prewarm capacity motion solver type interval start stop burst feels memory law model fill octaves".split()
+    (
+        "name description seed fps substeps prewarm capacity motion solver type interval start stop burst feels memory law model fill "
+        "octaves"
+    ).split()
 )
 
 

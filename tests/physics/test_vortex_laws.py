@@ -53,7 +53,7 @@ def test_circulation_of_a_loop_through_a_ring_is_its_strength(model):
 
 @pytest.mark.parametrize("model", CORES)
 def test_flow_on_a_rings_axis(model):
-    """v = Γ P'R²/(2 (R² + z²)^{3/2}); a core of a sixteenth of the distance from the circle changes the distance alone, by P(s²) of Scully."""
+    """v = Γ R²/(2 (R² + z²)^{3/2}); sixteen core radii from the circle only Scully's core is still felt, as a longer distance."""
     z = np.concatenate([np.linspace(-3.0, 3.0, 25), [50.0, -1000.0]])
     got = probe(ring(model, width=0.05)).sample(CENTER + np.outer(z, AXIS)).astype(float)
     square = 0.8**2 + z**2 + (0.05**2 if model == "scully" else 0.0)
@@ -153,11 +153,8 @@ def test_a_ring_moves_itself_as_theory_says():
 
 def test_travel_moves_the_whole_and_the_radius_follows_time():
     """A ring that widens and travels is at any time the ring that stands there; a tracer before it is passed."""
-    moving = ring(
-        "scully",
-        radius={"keyframes": [[0, 0.8], [2, 1.2]]},
-        travel=[0, {"expression": "0.5*t"}, {"sine": {"amplitude": 0.3, "period": 8.0}}],
-    )
+    travel = [0, {"expression": "0.5*t"}, {"sine": {"amplitude": 0.3, "period": 8.0}}]
+    moving = ring("scully", radius={"keyframes": [[0, 0.8], [2, 1.2]]}, travel=travel)
     flow = probe(moving)
     points = CENTER + np.random.default_rng(7).normal(size=(50, 3))
     for time in (0.0, 1.0, 2.0, 3.0):

@@ -97,7 +97,7 @@ SOFTENED = {  # square of the distance s from a line -> what stands for it, so t
 
 
 def line_integral(p: Primitive, x: np.ndarray, places: np.ndarray, tangents: np.ndarray, away: np.ndarray) -> np.ndarray:
-    """Return Γ/(4π) ∫ dl × g/D^{3/2}: D = |x − x'|² + P − s² and g half its gradient; away is the vector from the nearest point of the line."""
+    """Return Γ/(4π) ∫ dl × g/D^{3/2}: D = |x − x'|² + P − s², g half its gradient; away: from the nearest point of the line."""
     s = float(np.linalg.norm(away))
     softened = SOFTENED[p.core](s**2, p.core_radius)
     slope = CORES[p.core](s, p.core_radius) * softened / s

@@ -27,7 +27,8 @@ flow:
   - {type: vortex_ring, center: [0, 1, 0], normal: [0, 1, 0], radius: {keyframes: [[0, 0.5], [4, 0.7]]}, circulation: 0.4}
   - {type: expression, velocity: ["y*sin(t)", -x, 0]}
 obstacles:
-  - {name: mast, type: cylinder, center: [3, 0, 0], axis: [0, 1, 0], radius: 0.2, circulation: {sine: {amplitude: 0.7, period: 5}}, answers: [0]}
+  - {name: mast, type: cylinder, center: [3, 0, 0], axis: [0, 1, 0], radius: 0.2, circulation: {sine: {amplitude: 0.7, period: 5}},
+     answers: [0]}
   - {type: wall, center: [0, -9, 0], normal: [1, 0, 0], answers: false}
 forces:
   - {name: sun, type: attractor, center: [0, 2, 0], strength: 1.5}
