@@ -23,7 +23,7 @@ flow:
     direction: [1, 0, 0]
     strength: {sine: {mean: 1, amplitude: 0.5, period: 2.0, phase: 1.57}}
   - {type: rotation, center: [0, 0, 0], axis: [0, 1, 0], angular_velocity: 0.2, travel: [{expression: "0.2*t"}, 0, 0]}
-  - {type: vortex_segment, start: [0, 0, -1], end: [0, 0, 1], circulation: 0.3, core: {model: scully, radius: 0.05}}
+  - {type: vortex_segment, start: [0, 0, -1], end: [0, 0, 1], circulation: 0.3, core: {radius: 0.05, model: scully}}
   - {type: vortex_ring, center: [0, 1, 0], normal: [0, 1, 0], radius: {keyframes: [[0, 0.5], [4, 0.7]]}, circulation: 0.4}
   - {type: expression, velocity: ["y*sin(t)", -x, 0]}
 obstacles:
