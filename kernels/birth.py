@@ -5,6 +5,7 @@ import warp as wp
 from warpsim.kernels.colors import WHITE, multiply_colors
 from warpsim.kernels.elementary import cos_turns, sin_turns
 from warpsim.kernels.emission import BORN, LIVE, NEXT_ID, NORMAL, Births, Distribution, Emitter, EventLog, Particles, Plan, Segment
+from warpsim.kernels.mesh_births import in_volume, on_surface
 from warpsim.kernels.planar import read3, write3
 from warpsim.kernels.random import (
     BULK,
@@ -90,7 +91,15 @@ def born_box(emitter: Emitter, ordinal: wp.int64) -> wp.vec3:
     return emitter.center + wp.cw_mul(h, wp.vec3(x, y, z))
 
 
-SHAPES = {"point": born_point, "segment": born_segment, "disc": born_disc, "sphere": born_sphere, "box": born_box}
+@wp.func
+def born_mesh(emitter: Emitter, ordinal: wp.int64) -> wp.vec3:
+    """Return a point uniform on the surface of a mesh, or in what it encloses [m]: c + s R p."""
+    if emitter.surface == 1:
+        return emitter.center + emitter.turn * on_surface(emitter.mesh, emitter.key, ordinal)
+    return emitter.center + emitter.turn * in_volume(emitter.mesh, emitter.key, ordinal)
+
+
+SHAPES = {"point": born_point, "segment": born_segment, "disc": born_disc, "sphere": born_sphere, "box": born_box, "mesh": born_mesh}
 
 
 @wp.func

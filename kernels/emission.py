@@ -7,6 +7,7 @@ plans them in float64.  Source: Reeves 1983 for the count law.
 import warp as wp
 
 from warpsim.kernels.elementary import exp64
+from warpsim.kernels.mesh_births import MeshTable
 from warpsim.kernels.random import COUNT, INTERVAL, POSITION, normal, random_words, uniform64, uniform_positive
 from warpsim.kernels.signals import Signals, sample_signal
 
@@ -40,6 +41,8 @@ class Emitter:
     radius: float  # [m]
     tangent: wp.vec3  # unit vectors; a disc lies in tangent, bitangent
     bitangent: wp.vec3
+    mesh: MeshTable  # empty for other shapes
+    turn: wp.mat33  # of a mesh: rotation times scale [1]
     direction: wp.vec3  # unit vector of the cone's axis, with two unit vectors across
     across: wp.vec3
     beyond: wp.vec3

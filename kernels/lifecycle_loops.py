@@ -31,6 +31,8 @@ EMIT = """
 #define EACH(...) _Pragma("clang loop vectorize(assume_safety)") for (int n = begin; n < end; ++n) { \\
         const int i = slot + n, j = n - segment.begin; const wp::int64 ordinal = segment.ordinal + (wp::int64)j; __VA_ARGS__ }
 #define PLACE(formula) EACH(const vec x = formula; for (int c = 0; c < 3; ++c) P[i + c * S] = x[c];)
+#define SEARCH(formula) for (int n = begin; n < end; ++n) { const wp::int64 ordinal = segment.ordinal + (wp::int64)(n - segment.begin); \\
+        const vec x = formula; for (int c = 0; c < 3; ++c) P[slot + n + c * S] = x[c]; }
     switch (emitter.shape) { SHAPE_CASES }
     EACH(const vec v = $born_velocity(emitter, ordinal); for (int c = 0; c < 3; ++c) V[i + c * S] = v[c];)
     EACH(particles.birth_age.data[i] = $born_age(emitter, ordinal, segment, j, frame_time); particles.birth_frame.data[i] = frame;)
@@ -45,8 +47,12 @@ EMIT = """
     if (particles.lineage.shape[0]) EACH(const auto words = $random_words(emitter.key, ordinal, LINEAGE_CHANNEL);
         particles.lineage.data[i] = words[0]; particles.lineage.data[i + S] = words[1];)
 #undef PLACE
+#undef SEARCH
 #undef EACH
-""".replace("SHAPE_CASES", " ".join(f"case {k}: PLACE(${f.func.__name__}(emitter, ordinal)) break;" for k, f in enumerate(SHAPES.values())))
+"""
+SHAPE_CASES = " ".join(f"case {k}: PLACE(${formula.func.__name__}(emitter, ordinal)) break;" for k, formula in enumerate(SHAPES.values()))
+SHAPE_CASES = SHAPE_CASES.replace("PLACE($born_mesh(", "SEARCH($born_mesh(")  # it searches: no loop to vectorize
+EMIT = EMIT.replace("SHAPE_CASES", SHAPE_CASES)
 EMIT = EMIT.replace("LINEAGE_CHANNEL", str(LINEAGE))
 VALUES = (born_velocity, born_age, born_lifetime, born_mass, born_radius, born_tint, random_words)
 

@@ -22,7 +22,7 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "images": "kernels",
     "environment": "kernels scene images launch population",
     "integrators": "kernels launch population environment",
-    "systems": "kernels scene launch population environment integrators frame memory",
+    "systems": "kernels scene launch population environment integrators frame memory meshes",
     "frame": "kernels launch population",
     "memory": "scene",
     "changes": "scene",

@@ -1,5 +1,7 @@
 """Bits: native loops and plain kernels, any number of parts, any run and any watching give the same state, to the last bit."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -33,8 +35,9 @@ EXTENTS = {
     "disc": {"radius": 0.5},
     "sphere": {"radius": 0.5},
     "box": {"size": [1, 2, 0.5]},
+    "mesh": {"file": str(Path(__file__).resolve().parents[2] / "scenes" / "meshes" / "knot.obj"), "scale": 0.3},
 }
-FILLS = [(shape, fill) for shape in SHAPES for fill in (("volume", "surface") if shape in ("disc", "sphere", "box") else (None,))]
+FILLS = [(shape, fill) for shape in SHAPES for fill in (("volume", "surface") if shape in ("disc", "sphere", "box", "mesh") else (None,))]
 CASES = [*METHODS, "ballistic"]
 FRAMES = 12
 

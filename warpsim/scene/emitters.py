@@ -5,6 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from warpsim.scene.assets import asset_path
 from warpsim.scene.base import (
     LARGEST_COORDINATE,
     Direction,
@@ -72,6 +73,17 @@ class Box(EmitterShape):
     center: Vec3 = Field((0.0, 0.0, 0.0), description="Its center [m].")
     size: tuple[Length, Length, Length] = Field(description="Full size along x, y and z [m].")
     fill: Literal["volume", "surface"] = Field("volume", description="volume: in the box; surface: on it.")
+
+
+class Mesh(EmitterShape):
+    """Evenly over the surface of a mesh, whatever the sizes of its triangles, or in what it encloses (if it is closed)."""
+
+    type: Literal["mesh"] = Field("mesh", description="Kind of shape.")
+    file: asset_path(".obj", ".stl", ".ply", ".glb") = Field(description="OBJ, STL, PLY or GLB file, from the scene's folder.")
+    center: Vec3 = Field((0.0, 0.0, 0.0), description="Where the file's origin is [m].")
+    scale: Length = Field(1.0, description="Meters per unit of the file [1].")
+    rotation: Vec3 = Field((0.0, 0.0, 0.0), description="Rotation about x, then y, then z, after scaling [degrees].")
+    fill: Literal["volume", "surface"] = Field("volume", description="volume: in it; surface: on it.")
 
 
 ShapeUnion = one_of_types(EmitterShape)

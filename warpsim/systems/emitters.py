@@ -12,6 +12,7 @@ from warpsim.launch import Stage
 from warpsim.memory import pieces
 from warpsim.population import Population
 from warpsim.scene.emitters import Distribution, Emitter, EmitterShape, Velocity
+from warpsim.systems.mesh_births import mesh_table
 
 FOREVER = 1.0e300  # [s]
 REST = Velocity(direction=(0.0, 1.0, 0.0), cone=0.0, speed=Distribution(mean=0.0))
@@ -51,8 +52,22 @@ def place(row: emission.Emitter, shape: EmitterShape) -> None:
         row.center = wp.vec3(*shape.center)
     if shape.type == "box":
         row.half = wp.vec3(*(0.5 * edge for edge in shape.size))
+    if shape.type == "mesh":
+        row.turn = wp.mat33(*(shape.scale * rotation_matrix(shape.rotation)).ravel())
     if shape.type == "disc":
         row.tangent, row.bitangent = perpendiculars(unit(shape.normal))
+
+
+def rotation_matrix(degrees) -> np.ndarray:
+    """Return the rotation about x, then y, then z, all of them fixed axes, (3, 3)."""
+    result = np.eye(3)
+    for axis, angle in enumerate(np.radians(degrees)):
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        turn = np.eye(3)
+        turn[i, i] = turn[j, j] = math.cos(angle)
+        turn[j, i], turn[i, j] = math.sin(angle), -math.sin(angle)
+        result = turn @ result
+    return result
 
 
 class ColorTable:
@@ -110,6 +125,11 @@ class Emission:
 
     def __init__(self, name: str, spec, scene, population: Population, clock: wp.array, logs: list[emission.EventLog]):
         device, self.population, self.name, self._logs = population.device, population, name, logs
+        self._meshes = {
+            e: mesh_table(emitter.shape, f"systems.{name}.emitters.{e}.shape", device)
+            for e, emitter in enumerate(spec.emitters)
+            if emitter.shape.type == "mesh"
+        }
         rows, table, colors = self._rows(spec, scene)
         bursts = burst_rows(spec.emitters, -scene.time.prewarm)
         self.births, self.plan = emission.Births(), emission.Plan()
@@ -136,6 +156,8 @@ class Emission:
         listening = [(row, emitter) for row, emitter in zip(rows, spec.emitters, strict=True) if emitter.on is not None]
         for log, (row, emitter) in enumerate(listening):
             listen(row, emitter, log)
+        for e, table_of_mesh in self._meshes.items():
+            rows[e].mesh = table_of_mesh
         for row, emitter in zip(rows, spec.emitters, strict=True):
             row.colors = colors.add(emitter.color)
         return rows, table, colors.words

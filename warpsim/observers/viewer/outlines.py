@@ -31,6 +31,8 @@ def _reach(scene, emitters: list) -> float:
 
 def _emitter(emitter, reach: float) -> list[Vector]:
     shape, small = emitter.shape, 0.15 * reach
+    if emitter.on is not None:
+        return []  # it is where its events are
     match shape.type:
         case "segment":
             return [shape.start, shape.end]
