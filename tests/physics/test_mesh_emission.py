@@ -135,3 +135,23 @@ def test_a_file_that_is_no_mesh_is_refused_in_words(tmp_path):
     (tmp_path / "m.obj").write_text("v 0 0 0\n")
     with pytest.raises(SceneError, match=r"systems\.p\.emitters\.0\.shape\.file: m\.obj"):
         born(tmp_path / "m.obj", 10)
+
+
+def test_center_scale_and_rotation_may_change_while_it_runs(tmp_path):
+    """Births after the change are where an emitter has them that began with it; the file itself is fixed."""
+    path = surfaces.write_obj(tmp_path / "m.obj", surfaces.ring())
+    other = surfaces.write_obj(tmp_path / "n.obj", surfaces.block([0, 0, 0], [1, 1, 1]))
+
+    def simulation(**shape):
+        emitter = {"shape": {"type": "mesh", "file": str(path), **shape}, "rate": 600, "lifetime": 100.0}
+        system = {"type": "particles", "motion": "ballistic", "emitters": [emitter]}
+        return warpsim.Simulation(warpsim.Scene.model_validate({"name": "x", "gravity": [0, 0, 0], "systems": {"p": system}}), device="cpu")
+
+    changed, fixed = simulation(), simulation(scale=2.0, center=[0, 5, 0], rotation=[0, 90, 0])
+    for key, value in (("scale", 2.0), ("center.1", 5.0), ("rotation.1", 90.0)):
+        changed.change(f"systems.p.emitters.0.shape.{key}", value)
+    for sim in (changed, fixed):
+        sim.run(0.2)
+    assert changed.frame()["p"].count > 100 and (changed.frame()["p"].position == fixed.frame()["p"].position).all()
+    with pytest.raises(ValueError, match="cannot change while the scene runs"):
+        changed.change("systems.p.emitters.0.shape.file", str(other))

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 import jsonschema
 import yaml
 
-from tests.scene.samples import sample_texts
+from tests.scene.samples import FOLDER, sample_texts
 from warpsim.scene import SceneError, json_schema, load_text, resolved_yaml
 from warpsim.scene.yaml12 import decode, parse
 
@@ -205,9 +205,9 @@ def check(name: str, raw: bytes, report: Report, validator: jsonschema.Draft2020
     begin = time.process_time()
     try:
         text = decode(raw, FILE)
-        scene = load_text(text, FILE)
+        scene = load_text(text, FILE, folder=FOLDER)
         report.accepted += 1
-        if validator and load_text(resolved_yaml(scene)) != scene:
+        if validator and load_text(resolved_yaml(scene), folder=FOLDER) != scene:
             report.unequal.append(f"{name}: not equal after being written out and loaded again")
         if validator and (refused := next(validator.iter_errors(parse(text, FILE)[0].data()), None)):
             report.unequal.append(f"{name}: refused by the schema: {refused.json_path}: {refused.message[:200]}")

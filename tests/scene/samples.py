@@ -2,6 +2,8 @@
 
 from warpsim.scene import shipped_scenes
 
+FOLDER = next(iter(shipped_scenes().values())).parent  # the files that shipped scenes name are under it
+
 EVERYTHING = """\
 # yaml-language-server: $schema=scene.schema.json
 name: Everything
@@ -70,10 +72,13 @@ systems:
     type: particles
     motion: ballistic
     feels: {forces: false}
-    emitters: [{shape: {type: point}, burst: {count: 20}, lifetime: 9}]
+    emitters: [{shape: {type: point}, burst: {count: 20}, lifetime: 9, color: ["#f80", [0.5, 0.6, 0.7]]}]
   fog:
     type: particles
     coupling: {viscosity: 1.8e-5}
+    emitters:
+      - on: {event: death, of: stones, inherit: {velocity: 0.5, color: true}}
+        burst: {count: 3}
 camera: {eye: [4, 2, 6], target: [0, 1, 0], field_of_view: 45}
 limits: {memory: 2.5, extent: 1e5, unstable: kill}
 """

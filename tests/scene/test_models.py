@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from tests.scene.samples import EVERYTHING, sample_texts
+from tests.scene.samples import EVERYTHING, FOLDER, sample_texts
 from warpsim.scene import Formula, Keyframes, Scene, SceneError, describe_field, load_text, resolved_yaml
 from warpsim.scene.base import Spec
 from warpsim.scene.emitters import Distribution, Emitter, Rate
@@ -46,8 +46,8 @@ def test_everything_is_read_as_meant():
 
 @pytest.mark.parametrize("name", sample_texts())
 def test_a_resolved_scene_loads_to_an_equal_one(name):
-    scene = load_text(sample_texts()[name], name)
-    again = load_text(resolved_yaml(scene), name)
+    scene = load_text(sample_texts()[name], name, folder=FOLDER)
+    again = load_text(resolved_yaml(scene), name, folder=FOLDER)
     assert again == scene and resolved_yaml(again) == resolved_yaml(scene)
 
 

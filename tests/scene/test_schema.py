@@ -5,7 +5,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from tests.scene.samples import EVERYTHING, sample_texts
+from tests.scene.samples import EVERYTHING, FOLDER, sample_texts
 from tests.scene.typing_mistakes import MISSPELLED_KEYS
 from warpsim.scene import json_schema, load_text, resolved_yaml
 from warpsim.scene.flow import FlowPrimitive
@@ -29,7 +29,7 @@ def test_the_schema_is_one():
 def test_scenes_fulfill_the_schema(name):
     text = sample_texts()[name]
     assert not complaints(text)
-    assert not complaints(resolved_yaml(load_text(text)))
+    assert not complaints(resolved_yaml(load_text(text, folder=FOLDER)))
 
 
 @pytest.mark.parametrize("mistyped", MISSPELLED_KEYS, ids=lambda m: m.new.replace("\n", "⏎"))
