@@ -11,11 +11,40 @@ from warpsim.kernels.planar import read3, write3
 
 
 @wp.func
+def recall(body: Body, i: int, frame: int, pace: Pace, particles: Particles) -> Body:
+    """Return the body in slot i with its past values; a newborn's slot holds somebody else's."""
+    if pace.first > 0 or frame != particles.birth_frame[i]:
+        body.kept = particles.history_count[i]
+        body.past1 = read3(particles.history, i)
+        if particles.history.shape[0] > 3:
+            body.past2 = wp.vec3(particles.history[3, i], particles.history[4, i], particles.history[5, i])
+        if particles.history.shape[0] > 6:
+            body.past3 = wp.vec3(particles.history[6, i], particles.history[7, i], particles.history[8, i])
+    return body
+
+
+@wp.func
+def store_past(i: int, body: Body, particles_out: Particles):
+    """Store the past values that the method's history has rows for, and how many there are."""
+    for axis in range(3):
+        particles_out.history[axis, i] = body.past1[axis]
+        if particles_out.history.shape[0] > 3:
+            particles_out.history[3 + axis, i] = body.past2[axis]
+        if particles_out.history.shape[0] > 6:
+            particles_out.history[6 + axis, i] = body.past3[axis]
+    particles_out.history_count[i] = body.kept
+
+
+@wp.func
 def gather_body(i: int, frame: int, pace: Pace, environment: Environment, particles: Particles) -> Body:
     """Return the particle in slot i as a body at the launch's beginning."""
     body = Body()
     body.x = read3(particles.position, i)
     body.v = read3(particles.velocity, i)
+    body.dt = pace.dt
+    body.stride = 1
+    if particles.history.shape[0] > 0:
+        body = recall(body, i, frame, pace, particles)
     if particles.internal.shape[0] > 0:
         body.coupled = 1
         body.internal = read3(particles.internal, i)
@@ -67,6 +96,8 @@ def store_body(
     """Store where the body is and, at the frame's end, whether it lives on and whether it left the scene's extent."""
     write3(particles_out.position, i, body.x)
     write3(particles_out.velocity, i, body.v)
+    if particles_out.history.shape[0] > 0:
+        store_past(i, body, particles_out)
     alive = 1 - body.dead
     if pace.last == pace.substep_count:
         age = age_at(frame, particles_out.birth_frame[i], particles_out.birth_age[i], pace.fps)
@@ -98,6 +129,7 @@ def frame_loop(feel, step):
                 body.v = passage.v
                 body.dead = passage.dead
                 if passage.hits > 0:
+                    body.kept = 0
                     body = feel(body, 2 * s + 2, environment)
         return body
 

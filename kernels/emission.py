@@ -129,6 +129,8 @@ class Particles:
     lineage: wp.array2d[wp.uint32]  # (2, capacity) random name from its emitter and ordinal: what its children's ordinals grow from
     alive: wp.array[int]  # 1 while age < lifetime; not a field, made anew each frame
     # What only some systems have; without it an array is empty.
+    history: wp.array2d[float]  # (3 per past value, capacity) drive of a multistep method, latest first; no rows: it needs none
+    history_count: wp.array[int]  # how many of them there are
     internal: wp.array2d[float]  # (3, capacity) acceleration by the neighbors [m/s²]; not a field, made anew each substep
     contact: wp.array[int]  # number of the collider it sticks to, plus 1; 0: free
     impact: wp.array2d[float]  # (10, capacity) of the frame's first impact: place [m], velocity before [m/s], normal, time since [s]

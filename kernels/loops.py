@@ -13,8 +13,9 @@ from warpsim.kernels.emission import ACTIVE, FAULT, KILLED, LIVE, Particles
 from warpsim.kernels.environment import KILL, Environment, drag_rate
 from warpsim.kernels.flow import FLOWS
 from warpsim.kernels.forces import FORCES
-from warpsim.kernels.integration import Pace, ballistic_position, drift, inside, kick
+from warpsim.kernels.integration import FORMS, KIT, Pace, ballistic_position, drift, inside, kick
 from warpsim.kernels.lifetime import age_at
+from warpsim.kernels.multistep_loops import DECLARATIONS, LOAD, STORE, multistep_texts
 
 BLOCK = 64  # particles that stay in the first-level cache through all substeps; a population's capacity is a multiple of it
 
@@ -48,8 +49,8 @@ PROLOGUE = """
     int *birth_frame = particles.birth_frame.data, *alive = particles.alive.data;
     float X[3][B], V[3][B], U[3][B], A[3][B], I[3][B], XB[3][B], VB[3][B], X0[3][B], V0[3][B], DX[3][B], DV[3][B];
     float H[B], K[B], W[B], age[B], life[B];
-    int dead[B];
-    const int coupled = particles.internal.shape[0] > 0, meets = environment.colliders.shape[1] > 0;
+    int dead[B], kept[B];
+MEMORY    const int coupled = particles.internal.shape[0] > 0, meets = environment.colliders.shape[1] > 0;
     #define GET(F) vec(F[0][i], F[1][i], F[2][i])
     #define PUT(F, value) { const vec r = value; F[0][i] = r[0]; F[1][i] = r[1]; F[2][i] = r[2]; }
     #define EACH(...) for (int i = 0; i < B; ++i) { const float h = H[i], k = K[i]; __VA_ARGS__ }
@@ -76,7 +77,7 @@ PROLOGUE = """
             dead[i] = pace.first > 0 ? 1 - alive[b + i] : 0;
         }
         if (coupled) for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) I[c][i] = particles.internal.data[b + i + c * S];
-"""
+RECALL"""
 FORCE_LAMBDA = """auto force = [&](int moment) {
         for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) A[c][i] = environment.gravity[c];
         for (int j = 0; j < environment.forces.shape[1]; ++j) {
@@ -98,6 +99,7 @@ CONTACTS = """
                     const auto p = $meet_colliders(b + i, s, H[i], age[i], GET(XB), GET(VB), GET(X), GET(V), pace, environment, particles);
                     PUT(X, p.x) PUT(V, p.v)
                     dead[i] = p.dead;
+                    if (p.hits) kept[i] = 0;
                     hits += p.hits;
                 }
                 if (hits) { FEEL_AGAIN }
@@ -105,7 +107,7 @@ CONTACTS = """
 """
 EPILOGUE = """
         }
-        const int whole = pace.last == pace.substep_count;
+STORE_PAST        const int whole = pace.last == pace.substep_count;
         int outside = 0;
         for (int i = 0; i < n; ++i) {
             for (int c = 0; c < 3; ++c) { P[b + i + c * S] = X[c][i]; Q[b + i + c * S] = V[c][i]; }
@@ -163,14 +165,20 @@ TEXTS = {  # by method: what it feels before the first substep and after a colli
             flow(2 * s + 2); EACH(PUT(V, GET(U)))""",
     ),
 }
+MULTISTEP_TEXTS, PAST = multistep_texts()
+TEXTS |= MULTISTEP_TEXTS
 MACROS = ("GET", "PUT", "ADD", "EACH", "FLOW", "FORCE")
 FORMULAS = (*FLOWS.values(), *FORCES.values(), age_at, drag_rate, living_step, meet_colliders, inside, kick, drift)
+FORMULAS += (*vars(KIT.glides).values(), KIT.whole_step, *(form.start for form in FORMS.values()))
 
 
 def advance_text(name: str) -> str:
     """Assemble the loop of one method."""
     feel, step = TEXTS[name]
     text = PROLOGUE + feel.replace("(m)", "(2 * pace.first)") + SUBSTEPS + step + CONTACTS + EPILOGUE
+    past = PAST.get(name, 0)
+    for place, part in {"MEMORY": DECLARATIONS, "RECALL": LOAD, "STORE_PAST": STORE}.items():
+        text = text.replace(place, part.replace("PAST", str(past)) if past else DECLARATIONS if place == "MEMORY" else "")
     text = text.replace("FEEL_AGAIN", feel.replace("(m)", "(2 * s + 2)"))
     text = text.replace("FORCE_LAMBDA", FORCE_LAMBDA if "force(" in step else "")  # a tracer's plain loop calls no force
     text = text.replace("FLOW_CASES", cases(FLOWS.values(), "FLOW")).replace("FORCE_CASES", cases(FORCES.values(), "FORCE"))

@@ -11,8 +11,8 @@ from warpsim.kernels import advance, loops
 class Integrator(ABC):
     """A method that advances particles through all substeps of a frame in one pass over memory.
 
-    Every method of the second-order form applies drag through the exponential kick v + h φ(kh)(a + k(u − v)), which is exact
-    for constant u and a and stable for any h (docs/adr/0002-exponential-coupling.md).
+    Every one-step method of the second-order form but heun applies drag through the exponential kick v + h φ(kh)(a + k(u − v)), which is exact
+    for constant u and a and stable for any h (docs/adr/0002-exponential-coupling.md). heun and the multistep ones are of full order with drag as well (docs/adr/0011-multistep.md).
     """
 
     name: ClassVar[str]
@@ -21,6 +21,8 @@ class Integrator(ABC):
     """Order of convergence without coupling."""
     evaluations: ClassVar[int]
     """Evaluations of the forces per substep."""
+    past: ClassVar[int] = 0
+    """Drives at earlier substeps that it keeps of each particle."""
 
     @classmethod
     def kernels(cls) -> tuple[wp.Kernel, wp.Kernel]:

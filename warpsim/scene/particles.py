@@ -8,8 +8,12 @@ from warpsim.scene.base import Mistake, Name, Number, Spec, Truth, WholeNumber, 
 from warpsim.scene.emitters import Emitter
 from warpsim.scene.look import Look
 
-Solver = Literal["euler", "drift_kick", "semi_implicit_euler", "verlet", "rk4"]
-TRACER_SOLVERS = ("euler", "rk4")
+MULTISTEP_SOLVERS = {"adams_bashforth_2": 2, "adams_bashforth_3": 3, "adams_bashforth_4": 4, "abm_pece_2": 2, "abm_pece_4": 4}  # orders
+Solver = Literal[
+    *("euler", "drift_kick", "semi_implicit_euler", "verlet", "rk4", "heun"),
+    *("adams_bashforth_2", "adams_bashforth_3", "adams_bashforth_4", "abm_pece_2", "abm_pece_4"),
+]
+TRACER_SOLVERS = ("euler", "rk4", "heun", *MULTISTEP_SOLVERS)
 
 
 class Drag(Spec):
@@ -73,7 +77,7 @@ class Particles(System):
         100_000, ge=1, le=2**27, description="Most particles alive at once; births beyond it are refused and counted [1]."
     )
     solver: Solver | None = Field(
-        None, description="Method of integration; absent: semi_implicit_euler, or rk4 for tracers (which take euler or rk4 only)."
+        None, description="Method of integration; absent: semi_implicit_euler, or rk4 for tracers (which take no symplectic one)."
     )
     coupling: Coupling | None = Field(
         None, description="How the flow carries it: {alpha: kg/s}, {viscosity: Pa s}, or tracer (moves with the flow); absent: no effect."
@@ -97,7 +101,7 @@ class Particles(System):
                     message = f"motion: ballistic is computed in closed form and takes no {key} (leave it out, or take motion: dynamic)"
                     found.append(Mistake((key,), message, ("motion", key)))
         elif self.coupling == "tracer" and self.solver not in (None, *TRACER_SOLVERS):
-            message = f"a tracer has no velocity of its own: its solver is euler or rk4, not {self.solver}"
+            message = f"a tracer has no velocity of its own: its solver is one of {', '.join(TRACER_SOLVERS)}, not {self.solver}"
             found.append(Mistake(("solver",), message, ("solver", "coupling", "motion")))
         found += repeated_names("emitters", self.emitters)
         if found:

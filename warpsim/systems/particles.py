@@ -32,6 +32,16 @@ def method_of(spec) -> type[Integrator]:
     return SECOND_ORDER_FORM[spec.solver or "semi_implicit_euler"]
 
 
+def history_fields(method: type[Integrator]) -> dict[str, Field]:
+    """Return the rows that a multistep method keeps of each particle."""
+    if not method.past:
+        return {}
+    return {
+        "history": Field(3 * method.past, wp.float32, "m/s^2 or m/s", "drive at earlier substeps, latest first (kernels/multistep.py)"),
+        "history_count": Field(1, wp.int32, "1", "how many of them there are: fewer after birth and after a collision"),
+    }
+
+
 class Particles:
     """One system of uncoupled particles: emit, advance (ages, forces, motion in one pass over memory), remove the expired.
 
@@ -44,7 +54,7 @@ class Particles:
         substep_count = spec.substeps or scene.time.substeps
         ballistic = self.method is Ballistic
         heard = events_of(name, scene.systems)
-        fields = FIELDS | (BIRTH_STATE if ballistic else {}) | PointPacker.fields(spec.look)
+        fields = FIELDS | (BIRTH_STATE if ballistic else {}) | history_fields(self.method) | PointPacker.fields(spec.look)
         fields |= (TINT if has_colors(spec) else {}) | (LINEAGE if heard else {})
         self.population = Population(spec.capacity, fields, environment.device)
         self.surroundings = environment.feel(spec.feels, spec.coupling, substep_count)
