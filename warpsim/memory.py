@@ -7,6 +7,7 @@ from warpsim.scene import Scene, SceneError
 from warpsim.scene.assets import assets_of
 from warpsim.scene.events import events_of, has_colors
 from warpsim.scene.obstacles import answers
+from warpsim.scene.particles import MULTISTEP_SOLVERS
 
 BYTES_PER_PARTICLE = 60  # fields (52), flag of the living, and the place in a snapshot's index; a test holds it to the population's own
 BYTES_PER_PRIMITIVE = 256  # one row of a table of flow or forces
@@ -26,6 +27,8 @@ def estimate_memory(scene: Scene) -> int:
     for name, system in scene.systems.items():
         substep_count = system.substeps or scene.time.substeps
         more = (24 if system.motion == "ballistic" else 0) + (12 * system.look.trail.points if system.look.trail else 0)
+        order = MULTISTEP_SOLVERS.get(system.solver, 0)
+        more += 12 * (order - 1) + 4 if order else 0
         heard = events_of(name, scene.systems)
         more += 4 * has_colors(system) + 8 * bool(heard)
         total += BYTES_PER_EVENT * system.capacity * len(heard)

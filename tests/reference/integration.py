@@ -64,6 +64,68 @@ def tracer_rk4(x, v, flow, acceleration, k, h):
     return x, flow(x, 1)
 
 
+POINTS, WEIGHTS = (0.5 * (part + shift) for part, shift in zip(np.polynomial.legendre.leggauss(16), (1.0, 0.0), strict=True))
+
+
+def interpolate(nodes, values, s: float):
+    """Lagrange's polynomial."""
+    terms = [value * math.prod((s - b) / (a - b) for b in nodes if b != a) for a, value in zip(nodes, values, strict=True)]
+    return sum(terms)
+
+
+def ride(x, v, k: float, h: float, nodes, values):
+    """Exact motion under v' = −k v + N with N the polynomial through values at nodes (in steps), the integrals by Gauss' rule."""
+    z = k * h
+    x, v = x + h * mean_decay(z) * v, v * math.exp(-z)
+    for s, weight in zip(POINTS, WEIGHTS, strict=True):
+        n = weight * interpolate(nodes, values, s)
+        x, v = x + h * h * (1 - s) * mean_decay(z * (1 - s)) * n, v + h * math.exp(-z * (1 - s)) * n
+    return x, v
+
+
+def follow(x, h: float, nodes, values):
+    """Exact motion under x' = N with that polynomial."""
+    return x + h * sum(weight * interpolate(nodes, values, s) for s, weight in zip(POINTS, WEIGHTS, strict=True))
+
+
+class Adams:
+    """Heun (order 1, corrected), Adams–Bashforth, Adams–Bashforth–Moulton: a polynomial through past drives, then one through the next.
+
+    Called with the drives at earlier substeps, latest first, and whether the body lives through the whole substep; returns x, v and the
+    drives to keep. Too few of them, or part of a substep: one step by Runge and Kutta's or Nyström's method.
+    """
+
+    def __init__(self, order: int, corrects: bool, tracer: bool):
+        self.order, self.corrects, self.tracer, self.past = order, corrects, tracer, order - 1
+
+    def __call__(self, x, v, flow, acceleration, k, h, past=(), whole=True):
+        def drive(y, m):
+            return flow(y, m) if self.tracer else acceleration(y, m) + k * flow(y, m)
+
+        def move(nodes, values):
+            return (follow(x, h, nodes, values), v) if self.tracer else ride(x, v, k, h, nodes, values)
+
+        now = drive(x, 0)
+        if self.past and not (whole and len(past) >= self.past):
+            x1, v1 = self._once(x, v, k, h, drive, now)
+        else:
+            values = [now, *past[: self.past]]
+            x1, v1 = move(range(0, -self.order, -1), values)
+            if self.corrects:
+                lasting = values[: max(1, self.order - 1)]
+                x1, v1 = move(range(1, -len(lasting), -1), [drive(x1, 1), *lasting])
+        return x1, flow(x1, 1) if self.tracer else v1, [now, *past][:3] if whole else []
+
+    def _once(self, x, v, k, h, drive, now):
+        if self.tracer:
+            return runge_kutta(x, drive, h), v
+        middle = drive(ride(x, v, k, h / 2, [0], [now])[0], 0.5)
+        end = drive(ride(x, v, k, h, [0], [middle])[0], 1)
+        return ride(x, v, k, h, [0, 0.5, 1], [now, middle, end])
+
+
+MULTISTEP = {"heun": (1, True), "abm_pece_2": (2, True), "abm_pece_4": (4, True)}
+MULTISTEP |= {f"adams_bashforth_{order}": (order, False) for order in (2, 3, 4)}
 METHODS = {
     "euler": euler,
     "drift_kick": drift_kick,
@@ -73,6 +135,7 @@ METHODS = {
     "tracer_euler": tracer_euler,
     "tracer_rk4": tracer_rk4,
 }
+METHODS |= {prefix + name: Adams(*what, tracer=bool(prefix)) for prefix in ("", "tracer_") for name, what in MULTISTEP.items()}
 
 
 def ballistic(x, v, gravity, t: float):

@@ -34,3 +34,11 @@ def test_intervals_far_shorter_than_a_frame_are_counted():
 
 def test_the_machine_says_how_much_is_free():
     assert 1 << 24 < memory.free_memory() <= 1 << 62
+
+
+@pytest.mark.parametrize(("solver", "past"), [("heun", 0), ("adams_bashforth_2", 1), ("adams_bashforth_3", 2), ("abm_pece_4", 3)])
+def test_past_drives_are_counted(solver, past):
+    """Three floats for each of them and a count, in the state and in two snapshots."""
+    capacity = 64_000
+    more = memory.estimate_memory(scene({"capacity": capacity, "solver": solver})) - memory.estimate_memory(scene({"capacity": capacity}))
+    assert more == 3 * capacity * (12 * past + 4 * bool(past))

@@ -11,8 +11,9 @@ from warpsim.kernels import advance, loops
 class Integrator(ABC):
     """A method that advances particles through all substeps of a frame in one pass over memory.
 
-    Every one-step method of the second-order form but heun applies drag through the exponential kick v + h φ(kh)(a + k(u − v)), which is exact
-    for constant u and a and stable for any h (docs/adr/0002-exponential-coupling.md). heun and the multistep ones are of full order with drag as well (docs/adr/0011-multistep.md).
+    The one-step methods of the second-order form but heun apply drag through the exponential kick v + h φ(kh)(a + k(u − v)), which is
+    exact for constant u and a and stable for any h (docs/adr/0002-exponential-coupling.md). heun and the multistep ones move exactly
+    under a drive that is a polynomial in time, and are of full order with drag too (docs/adr/0011-multistep.md).
     """
 
     name: ClassVar[str]
