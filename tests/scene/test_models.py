@@ -176,7 +176,7 @@ def test_fields_are_described_by_path():
     assert (radius.unit, radius.minimum, radius.minimum_excluded, radius.required) == ("m", 0.0, True, False)
     assert describe_field("flow.swirl.circulation").unit == describe_field("flow.2.circulation").unit == "m^2/s"
     assert describe_field("systems.sparks.emitters.0.lifetime").default == 5.0
-    assert describe_field("systems.particles.solver").choices[-1] == "rk4" and describe_field("flow").types[0] == "uniform"
+    assert describe_field("systems.particles.solver").choices[-1] == "abm_pece_4" and describe_field("flow").types[0] == "uniform"
     for path, guess in (("flow.vortx", "vortex"), ("tme.fps", "time"), ("time.fsp", "fps"), ("systems.sparks.capcity", "capacity")):
         with pytest.raises(SceneError) as error:
             describe_field(path)
