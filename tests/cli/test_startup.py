@@ -10,13 +10,14 @@ from tests.command import SPARKS, command, environment
 HEAVY = {"warp", "numpy", "meshcat", "tornado", "rich"}
 QUICK = (
     *("--help", "run --help", "list", "validate sparks.yaml", "validate campfire", "schema"),
-    *("info campfire", "info systems.particles.capacity", "new fresh.yaml", "run no_such_scene"),
+    *("info campfire", "info systems.particles.capacity", "new fresh.yaml", "run no_such_scene", "verify --help", "validate oracles.yaml"),
 )
 
 
 @pytest.fixture
 def folder(tmp_path):
     (tmp_path / "sparks.yaml").write_text(SPARKS)
+    (tmp_path / "oracles.yaml").write_text(SPARKS + "verify: [{type: live_count, system: sparks, at: 1, tolerance: 3}]\n")
     return tmp_path
 
 

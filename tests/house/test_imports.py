@@ -37,7 +37,8 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "playback": "scene changes interruption reporting announcing",
     "runner": f"scene simulation changes frame observers files kernel_cache interruption {PLAYING}",
     "screening": f"environment probes replay runner interruption {PLAYING}",
-    "cli": "scene simulation frame observers files kernel_cache interruption runner screening replay reporting launch memory",
+    "verify": "scene simulation environment probes",
+    "cli": "verify scene simulation frame observers files kernel_cache interruption runner screening replay reporting launch memory",
     "__main__": "cli",
     "__init__": "scene simulation frame",
 }

@@ -80,6 +80,23 @@ systems:
       - on: {event: death, of: stones, inherit: {velocity: 0.5, color: true}}
         burst: {count: 3}
 camera: {eye: [4, 2, 6], target: [0, 1, 0], field_of_view: 45}
+verify:
+  - {name: round, type: circulation, center: [0, 0, 0], axis: [0, 1, 0], radius: 0.5, at: 2, expect: 3, tolerance: 1e-5, reason: rounding}
+  - {type: flux, center: [0, 0, 0], axis: [0, 1, 0], radius: 0.5, expect: 0.8, tolerance: {relative: 1e-4}}
+  - {type: discharge, axis: [1, 0, 0], radius: 0.1, at: 1, expect: {expression: "0.4*pi*0.1^2 + 0*t"}, tolerance: 1}
+  - {type: velocity, point: [9, 9, 9], expect: [0.4, {sine: {amplitude: 0.1, period: 3}}, 0], tolerance: 1}
+  - {type: curl, point: [0.05, 0, 0], spacing: 0.01, expect: [0, 0, 0], tolerance: {absolute: 90}}
+  - {type: divergence, point: [2, 0, 0], tolerance: 1e-3}
+  - {type: streamline, start: [1, 0, 0], length: 2, steps: 100, plane: [2, 0, 0], normal: [1, 0, 0], expect: [2, 0, 0], tolerance: 1}
+  - {name: settled, type: terminal_speed, system: sparks, emitter: bowl, at: 5.5, feels: {flow: [], forces: false}, tolerance: 1e-3}
+  - {type: relaxation, system: sparks, velocity: [1, 0, 0], release: 0.5, at: 1, feels: {flow: false, forces: false}, tolerance: 1}
+  - {type: arc, system: fog, start: [0, 1, 0], radius: 1e-3, at: 1, feels: {flow: false, forces: false}, tolerance: 1}
+  - {type: orbit, system: stones, force: sun, turns: 2, expect: 3, tolerance: 1}
+  - {type: position, of: system, system: stones, at: 1, expect: [0, -4.9, 0], tolerance: 1}
+  - {type: energy, system: stones, at: 1, expect: 0, tolerance: 1}
+  - {type: momentum, of: particle, system: stones, at: 1, tolerance: 1}
+  - {type: live_count, system: sparks, emitter: bowl, at: 4, tolerance: {sigma: 4}}
+  - {type: hash, at: 1, device: cpu, expect: 0123456789abcdef0123456789abcdef, reason: it would be another}
 limits: {memory: 2.5, extent: 1e5, unstable: kill}
 """
 

@@ -79,6 +79,10 @@ MISSPELLED_KEYS = [
     Mistyped("target: [0, 1, 0]", "look_at: [0, 1, 0]", "target"),
     Mistyped("extent: 1e5", "extend: 1e5", "extent"),
     Mistyped("unstable: kill", "unstabel: kill", "unstable"),
+    Mistyped("verify:\n", "verfy:\n", "verify"),
+    Mistyped("tolerance: 1e-5, reason", "tolerence: 1e-5, reason", "tolerance"),
+    Mistyped("{relative: 1e-4}", "{realtive: 1e-4}", "relative"),
+    Mistyped("expect: 0.8", "expected: 0.8", "expect"),
 ]
 
 MISSPELLED_WORDS = [
@@ -99,7 +103,7 @@ MISSPELLED_WORDS = [
     Mistyped("coupling: tracer", "coupling: trcer", "tracer"),
     Mistyped("flow: [swirl, 0]", "flow: [swril, 0]", "swirl", 'no "swril" in flow'),
     Mistyped("forces: [sun]", "forces: [sum]", "sun"),
-    Mistyped("type: disc", "type: disk", "disc"),
+    Mistyped("type: disc,", "type: disk,", "disc"),
     Mistyped("type: segment", "type: segmet", "segment"),
     Mistyped("type: sphere", "type: shpere", "sphere"),
     Mistyped("law: scaled_uniform", "law: scaled-uniform", "scaled_uniform"),
@@ -109,6 +113,10 @@ MISSPELLED_WORDS = [
     Mistyped("blend: additive", "blend: add", "additive"),
     Mistyped("motion: ballistic", "motion: balistic", "ballistic"),
     Mistyped("unstable: kill", "unstable: kil", "kill"),
+    Mistyped("type: circulation", "type: circulaton", "circulation"),
+    Mistyped("type: terminal_speed, system: sparks", "type: terminal_speed, system: spraks", "sparks", "no particle system"),
+    Mistyped("type: live_count, system: sparks, emitter: bowl", "type: live_count, system: sparks, emitter: bowel", "bowl", "no emitter"),
+    Mistyped("stones, force: sun", "stones, force: sum", "sun", 'no force "sum"'),
     Mistyped("0.1*sin(2*pi*t)", "0.1*sn(2*pi*t)", "sin"),
     Mistyped("100 + 50*sin(t)", "100 + 50*sin(time)", "t"),
     Mistyped("100 + 50*sin(t)", "100 + 50sin(t)", "100 + 50*sin(t)"),
@@ -124,7 +132,7 @@ WRONG_VALUES = [
     Mistyped("capacity: 2e5", "capacity: 2.5", None, "whole number"),
     Mistyped("capacity: 2e5", "capacity: 0", None, "from 1 to"),
     Mistyped("gravity: true", "gravity: yes", "true"),
-    Mistyped("forces: false", "forces: no", "false"),
+    Mistyped("feels: {forces: false", "feels: {forces: no", "false"),
     Mistyped("flow: [swirl, 0]", "flow: swirl", "[swirl]"),
     Mistyped("flow: [swirl, 0]", "flow: [swirl, 9]", None, "there is no flow.9"),
     Mistyped("gravity: [0, -9.81, 0]", "gravity: [0, -9,81, 0]", None, "list of 3 numbers"),
@@ -165,6 +173,12 @@ WRONG_VALUES = [
     Mistyped("  sparks:\n", "  my sparks:\n", "my_sparks", "a name is made of"),
     Mistyped("name: bowl", "name: the bowl", "the_bowl", "a name is made of"),
     Mistyped("name: swirl", "name: spring", None, "is taken by"),
+    Mistyped("name: settled", "name: round", None, "is taken by"),
+    Mistyped("{relative: 1e-4}", "{relative: 1e-4, absolute: 1}", None, "one of absolute, relative and sigma"),
+    Mistyped("axis: [0, 1, 0], radius: 0.5, expect: 0.8", "axis: [0, 0, 0], radius: 0.5, expect: 0.8", None, "must not be zero"),
+    Mistyped("release: 0.5, at: 1", "release: 1.5, at: 1", None, "must come after the release"),
+    Mistyped("force: sun, turns", "force: sun, flow: swirl, turns", None, "goes round one thing"),
+    Mistyped("expect: 0123456789abcdef0123456789abcdef", "expect: 0123456789abcdef", None, ""),
 ]
 
 ALL = [*MISSPELLED_KEYS, *MISSPELLED_WORDS, *WRONG_VALUES]

@@ -13,6 +13,7 @@ from warpsim.scene.flow import Core, FlowPrimitive
 from warpsim.scene.forces import Force
 from warpsim.scene.look import ColorBy, ColorRamp, Look, Ramp, Trail
 from warpsim.scene.obstacles import Obstacle
+from warpsim.scene.oracles import Oracle, Tolerance
 from warpsim.scene.particles import Drag, Feels, Particles, StokesDrag
 from warpsim.scene.phrases import in_words, range_in_words
 from warpsim.scene.scene import Limits, Scene
@@ -38,6 +39,7 @@ _PARTS: tuple[tuple[str, str, tuple[type[Spec], ...]], ...] = (
     ("Emitters", "Entries of `emitters`.", (Emitter, Rate, Burst, Velocity, Distribution)),
     ("Emitter shapes", "What `shape` may be, told apart by `type`.", (EmitterShape,)),
     ("Look", "How particles are drawn.", (Look, Ramp, ColorRamp, ColorBy, Trail)),
+    ("Oracles", "Entries of `verify`, told apart by `type`; [verify.md](verify.md) says how each is measured.", (Oracle, Tolerance)),
     ("Strengths", "A strength is a number or one of these mappings; t is in seconds.", (Keyframes, Sine, SineWave, Formula)),
 )
 
@@ -64,7 +66,9 @@ def _section(spec: type[Spec]) -> str:
     if issubclass(spec, ShortSpec):
         lines += [f"Short for `{{{spec.shorthand}: …}}`: the bare value.", ""]
     lines += ["| key | value | default | meaning |", "|---|---|---|---|"]
-    lines += [_row(key, slot) for key, slot in keys_of(spec).items()]
+    # What all kinds of a family have comes with them in any order; a reader looks for these two first.
+    rows = sorted(keys_of(spec).items(), key=lambda row: {"name": 0, "type": 1}.get(row[0], 2))
+    lines += [_row(key, slot) for key, slot in rows]
     return "\n".join(lines) + "\n"
 
 

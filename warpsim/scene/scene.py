@@ -13,6 +13,7 @@ from warpsim.scene.nearest import listed, nearest
 from warpsim.scene.obstacles import ObstacleUnion, unanswerable
 from warpsim.scene.particles import Particles, SystemUnion, repeated_names
 from warpsim.scene.timing import Time
+from warpsim.scene.verification import Oracles, misfit_oracles
 from warpsim.scene.viewing import Controls, NoSuchNumber, Slider, Viewing, sliders_of
 
 _MOST_GUESSES = 20
@@ -47,11 +48,12 @@ class Scene(Spec):
     camera: Camera | None = Field(None, description="Where the viewer looks from; absent: chosen to see everything.")
     viewer: Viewing = Field(Viewing(), description="How the viewer shows it.")
     controls: Controls = Field((), description="Numbers that get a slider in the viewer: a path, or {path, min, max, label}.")
+    verify: Oracles = Field((), description="Oracles: what the scene states about itself, for the verb `verify` to measure.")
     limits: Limits = Field(Limits(), description="What a run may use, and what happens when it blows up.")
 
     @model_validator(mode="after")
     def _names_agree(self):
-        found = [mistake for key in ("flow", "obstacles", "forces") for mistake in repeated_names(key, getattr(self, key))]
+        found = [mistake for key in ("flow", "obstacles", "forces", "verify") for mistake in repeated_names(key, getattr(self, key))]
         for k, obstacle in enumerate(self.obstacles):
             found += _unknown_entries(("obstacles", k, "answers"), "flow", obstacle.answers, self.flow)
         found += unanswerable(self.obstacles, self.flow)
@@ -62,7 +64,7 @@ class Scene(Spec):
                 message = "motion: ballistic knows gravity only, but the scene has forces (add feels: {forces: false} to ignore them)"
                 found.append(Mistake(("systems", name, "motion"), message, ("forces",)))
         found += event_mistakes(self.systems)
-        found += _lost_controls(self)
+        found += _lost_controls(self) + misfit_oracles(self)
         if found:
             raise mistakes(found)
         return self

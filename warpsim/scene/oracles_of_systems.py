@@ -1,0 +1,39 @@
+"""Oracles of the scene's own particles: how many live, and the state to the bit."""
+
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from warpsim.scene.base import Mistake, Name
+from warpsim.scene.oracles import AT, Bounded, Entry, Oracle, entry_misfits, first_misfit, system_misfits
+from warpsim.scene.strengths import Moment, Strength
+
+Digest = Annotated[str, Field(min_length=32, max_length=32, pattern=r"^[0-9a-f]{32}$")]
+
+
+class LiveCountOracle(Bounded, Oracle):
+    """How many particles of a system, or of one of its emitters, live: births so far, times the part that lives on."""
+
+    statistical: ClassVar[bool] = True
+    type: Literal["live_count"] = Field("live_count", description="Kind of oracle.")
+    system: Name = Field(description="Particle system that is counted.")
+    emitter: Entry | None = Field(None, description="Emitter, by name or number, whose particles are counted; absent: all [1].")
+    at: Moment = Field(description=AT)
+    expect: Strength | None = Field(None, description="How many; absent: by the emitters' rates, bursts and lifetimes [1].")
+
+    def misfits(self, scene) -> list[Mistake]:
+        def lost() -> list[Mistake]:
+            emitters = scene.systems[self.system].emitters
+            return [] if self.emitter is None else entry_misfits("emitter", self.emitter, emitters, "emitter", ("systems",))
+
+        return first_misfit(lambda: system_misfits(self.system, scene), lost)
+
+
+class HashOracle(Oracle):
+    """The hash of the full state, as `run` prints it: equal for the same scene, seed, version and kind of device."""
+
+    type: Literal["hash"] = Field("hash", description="Kind of oracle.")
+    at: Moment = Field(description=AT)
+    device: Literal["cpu", "cuda"] = Field("cpu", description="Kind of device it was taken on; on another it is skipped, and said to be.")
+    expect: Digest = Field(description="The hash, 32 hexadecimal digits.")
+    reason: str = Field("", max_length=2000, description="What it guards.")

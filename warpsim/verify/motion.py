@@ -1,0 +1,210 @@
+"""Measurers of motion: a test particle under a system's laws, or all of a system's particles, against the laws of laws.py."""
+
+import math
+
+import numpy as np
+
+from warpsim.scene.emitters import Burst, Distribution, Emitter, Point, Velocity
+from warpsim.scene.look import Look
+from warpsim.scene.oracles import felt
+from warpsim.verify import laws
+from warpsim.verify.amounts import expected_at
+from warpsim.verify.findings import Reading
+from warpsim.verify.measurers import Frames, StoryMeasurer, gone
+
+LIFETIME = 1e6  # [s]: a test particle does not die
+
+
+class ParticleMeasurer(StoryMeasurer):
+    """Measures a test particle in a system of its own, beside those of the other oracles, in the scene's surroundings."""
+
+    story = "test particles"
+    system = ""
+    """Name of that system, given when the story is put together; no scene has one like it."""
+
+    def __init__(self, oracle, scene):
+        super().__init__(oracle, scene)
+        self.body = laws.body_of(oracle, scene)
+
+    def particle_spec(self):
+        """Return the system of the test particle: the oracle's, with one birth."""
+        body = self.body
+        speed = float(np.linalg.norm(body.v))
+        velocity = Velocity(direction=tuple(body.v), speed=Distribution(mean=speed)) if speed else None
+        mass, radius = Distribution(mean=body.m), Distribution(mean=body.radius)
+        bursts = (Burst(count=1, at=self.oracle.release),)
+        shape, life = Point(center=tuple(body.x)), Distribution(mean=LIFETIME)
+        emitter = Emitter(shape=shape, burst=bursts, velocity=velocity, lifetime=life, mass=mass, radius=radius)
+        feels = self.oracle.feels_in(self.scene)
+        spec = self.oracle.spec_in(self.scene)
+        return spec.model_copy(update={"capacity": 1, "emitters": (emitter,), "feels": feels, "look": Look()})
+
+    @property
+    def frames(self) -> Frames:
+        return Frames(self.frame_at(self.oracle.at))
+
+    def look(self, simulation) -> None:
+        frame = simulation.frame()[self.system]
+        if frame.count:
+            self.see(simulation, frame.position[0].astype(float), frame.velocity[0].astype(float))
+
+    def see(self, simulation, x: np.ndarray, v: np.ndarray) -> None:
+        """Take the particle's place and velocity in the present frame."""
+        self.x, self.v, self.time = x, v, simulation.time
+
+    def reading(self) -> Reading:
+        if not hasattr(self, "time"):
+            return gone("the test particle")
+        expected = expected_at(self.oracle.expect, self.time)
+        return Reading(self.measured(), self.theory(self.time - self.oracle.release) if expected is None else expected)
+
+    def measured(self) -> float | np.ndarray:
+        """Return the quantity at the moment of measuring."""
+        raise NotImplementedError
+
+    def theory(self, t: float) -> float | np.ndarray:
+        """Return what the law says so long after the release [s]."""
+        raise NotImplementedError
+
+
+class TerminalSpeedMeasurer(ParticleMeasurer):
+    """|v − u|, u the flow where the particle is."""
+
+    def see(self, simulation, x, v) -> None:
+        super().see(simulation, x, v)
+        self.against = v - self.flow_at(x, simulation.time)
+
+    def flow_at(self, x: np.ndarray, time: float) -> np.ndarray:
+        """Return what the particle feels of the flow."""
+        from warpsim.environment import Environment
+        from warpsim.probes import FlowProbe
+
+        chosen = tuple(felt(self.oracle.feels_in(self.scene).flow, self.scene.flow))
+        environment = Environment(self.scene.model_copy(update={"flow": chosen}), "cpu")
+        return FlowProbe(environment, lambda: time).sample([x])[0].astype(float)
+
+    def measured(self) -> float:
+        return float(np.linalg.norm(self.against))
+
+    def theory(self, t: float) -> float:
+        return laws.terminal_speed(self.body)
+
+
+class RelaxationMeasurer(ParticleMeasurer):
+    """v."""
+
+    def measured(self) -> np.ndarray:
+        return self.v
+
+    def theory(self, t: float) -> np.ndarray:
+        return laws.velocity_after(self.body, t)
+
+
+class ArcMeasurer(ParticleMeasurer):
+    """x."""
+
+    def measured(self) -> np.ndarray:
+        return self.x
+
+    def theory(self, t: float) -> np.ndarray:
+        return laws.place_after(self.body, t)
+
+
+class OrbitMeasurer(ParticleMeasurer):
+    """The moment at which the angle about the center reaches its last turn, by the cubic through angle and rate of the frames beside it."""
+
+    MOST_TIMES = 1.25  # of the expected time it may take
+
+    def __init__(self, oracle, scene):
+        super().__init__(oracle, scene)
+        self.center = oracle.center_in(scene)
+        expected = expected_at(oracle.expect, oracle.release)
+        self.expected = laws.orbit_period(self.body, self.center, oracle.release) if expected is None else expected
+        self._before: tuple[float, float, float] | None = None  # angle, rate and time at the last frame
+        self._place: np.ndarray | None = None
+        self.period = math.nan
+        self.remark = "" if math.isfinite(self.expected) else "this orbit has no closed law: say what to expect"
+
+    @property
+    def frames(self) -> Frames:
+        seconds = self.MOST_TIMES * self.oracle.turns * self.expected if math.isfinite(self.expected) else 0.0
+        first = math.ceil(self.oracle.release * self.scene.time.fps)
+        return Frames(throughout=(first, first + math.ceil(seconds * self.scene.time.fps) + 1))
+
+    @property
+    def satisfied(self) -> bool:
+        return math.isfinite(self.period)
+
+    def _axis(self, r: np.ndarray, v: np.ndarray) -> np.ndarray:
+        axis = np.cross(r, v) if self.center.type == "attractor" else np.array(self.center.axis, float)
+        return axis / np.linalg.norm(axis)
+
+    def see(self, simulation, x, v) -> None:
+        r = x - np.array(self.center.center)
+        if self._place is None:
+            self._normal = self._axis(r, v)
+        r = r - self._normal * (r @ self._normal)
+        rate, time = float(np.cross(r, v) @ self._normal / (r @ r)), simulation.time
+        if self._place is None:
+            # The release lies within this frame, a little before: the angle is counted from there.
+            start = self.body.x - np.array(self.center.center)
+            self._place, self._before = start - self._normal * (start @ self._normal), (0.0, rate, self.oracle.release)
+        turned = math.atan2(np.cross(self._place, r) @ self._normal, self._place @ r)
+        angle = self._before[0] + turned
+        target = math.copysign(2.0 * math.pi * self.oracle.turns, angle)
+        if not self.satisfied and abs(angle) >= abs(target) and time > self._before[2]:
+            self.period = (crossing(*self._before, angle, rate, time, target) - self.oracle.release) / self.oracle.turns
+        self._before, self._place = (angle, rate, time), r
+
+    def reading(self) -> Reading:
+        return Reading(self.period, self.expected, remark=self.remark or ("" if self.satisfied else "it did not come round in time"))
+
+
+def crossing(y0: float, s0: float, t0: float, y1: float, s1: float, t1: float, target: float) -> float:
+    """Return when the cubic through (t0, y0) with slope s0 and (t1, y1) with slope s1 reaches the target, by bisection."""
+    h = t1 - t0
+
+    def cubic(share: float) -> float:
+        q = 1.0 - share
+        return (
+            q * q * (1.0 + 2.0 * share) * y0
+            + share * q * q * h * s0
+            + share * share * (3.0 - 2.0 * share) * y1
+            - share * share * q * h * s1
+        )
+
+    low, high = 0.0, 1.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if (cubic(middle) - target) * (y1 - target) < 0.0 else (low, middle)
+    return t0 + h * 0.5 * (low + high)
+
+
+class PositionMeasurer(ParticleMeasurer):
+    """x; what to expect is always said."""
+
+    def measured(self) -> np.ndarray:
+        return self.x
+
+
+class EnergyMeasurer(ParticleMeasurer):
+    """½ m v² − m g·x and what attractors hold."""
+
+    def measured(self) -> float:
+        return self._energy(self.x, self.v, self.time)
+
+    def theory(self, t: float) -> float:
+        return self._energy(self.body.x, self.body.v, self.oracle.release)
+
+    def _energy(self, x: np.ndarray, v: np.ndarray, time: float) -> float:
+        return laws.energy(self.oracle, self.scene, x[None], v[None], np.array([self.body.m]), time)
+
+
+class MomentumMeasurer(ParticleMeasurer):
+    """m v."""
+
+    def measured(self) -> np.ndarray:
+        return self.body.m * self.v
+
+    def theory(self, t: float) -> np.ndarray:
+        return self.body.m * (self.body.v + self.body.g * t)

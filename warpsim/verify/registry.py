@@ -1,0 +1,36 @@
+"""Which measurer measures which oracle. A new kind is its spec in warpsim/scene, its measurer in this room, and a line here."""
+
+from warpsim.verify import flow, motion, systems
+from warpsim.verify.measurers import Measurer
+
+MEASURERS: dict[str, type[Measurer]] = {
+    "velocity": flow.VelocityMeasurer,
+    "curl": flow.CurlMeasurer,
+    "divergence": flow.DivergenceMeasurer,
+    "circulation": flow.CirculationMeasurer,
+    "flux": flow.FluxMeasurer,
+    "discharge": flow.DischargeMeasurer,
+    "streamline": flow.StreamlineMeasurer,
+    "terminal_speed": motion.TerminalSpeedMeasurer,
+    "relaxation": motion.RelaxationMeasurer,
+    "arc": motion.ArcMeasurer,
+    "orbit": motion.OrbitMeasurer,
+    "position": motion.PositionMeasurer,
+    "energy": motion.EnergyMeasurer,
+    "momentum": motion.MomentumMeasurer,
+    "live_count": systems.LiveCountMeasurer,
+    "hash": systems.HashMeasurer,
+}
+
+TOGETHER: dict[str, type[Measurer]] = {
+    "position": systems.CentroidMeasurer,
+    "energy": systems.TotalEnergyMeasurer,
+    "momentum": systems.TotalMomentumMeasurer,
+}
+"""Of a system's particles together, for the kinds that have `of: system`."""
+
+
+def measurer_of(oracle, scene) -> Measurer:
+    """Return the measurer of an oracle."""
+    kinds = TOGETHER if getattr(oracle, "of", None) == "system" else MEASURERS
+    return kinds[oracle.type](oracle, scene)
