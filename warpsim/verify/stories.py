@@ -5,7 +5,7 @@ from warpsim.scene.oracles import entry_of
 from warpsim.scene.particles import Feels
 
 LONG_AGO = -1e7  # [s]: a burst that lies before every beginning
-NOTHING = Feels(gravity=False, flow=False, forces=False)
+NOTHING = Feels(**dict.fromkeys(Feels.model_fields, False))
 
 
 def with_test_particles(scene, measurers):
