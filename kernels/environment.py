@@ -49,7 +49,7 @@ def primitive_at(primitive: FlowPrimitive, signals: Signals, t: wp.float64) -> F
     p = primitive
     p.time = t
     p.strength = primitive.gain * sample_strength(signals, primitive.signal, t)
-    p.center = primitive.center + sample_strength(signals, primitive.travel, t)
+    p.center = primitive.center + primitive.turn * sample_strength(signals, primitive.travel, t)
     if primitive.radius_signal >= 0:
         p.radius = float(sample_signal(signals, primitive.radius_signal, t))
     return p

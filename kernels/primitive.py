@@ -29,6 +29,7 @@ class FlowPrimitive:
     gain: wp.mat33  # strength = gain · signals: an image's share of what it answers, a doublet's direction
     strength: wp.vec3  # (U [m/s] | V′ | Γ | ω [rad/s], …) or a doublet's moment [m³/s] at the time of the table
     travel: wp.vec3i  # rows of the signals that displace the center [m]; -1: zero
+    turn: wp.mat33  # displacement = turn · signals: an image travels the mirrored way
     radius_signal: int  # row of the signal that is the radius; -1: it stays
     program: wp.array[Instruction]  # of an expression: three programs, one after the other
     span: wp.vec4i  # where they begin in the program, and where the last one ends

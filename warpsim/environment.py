@@ -86,7 +86,7 @@ def across(axis: Sequence[float], vector: Sequence[float]) -> wp.vec3:
 def still_row(kind: str) -> FlowPrimitive:
     """Make a row of a kind that no signal drives: without strength, where it is, as it is."""
     row = FlowPrimitive()
-    row.kind, row.gain = list(flow.FLOWS).index(kind), IDENTITY
+    row.kind, row.gain, row.turn = list(flow.FLOWS).index(kind), IDENTITY, IDENTITY
     row.signal = row.travel = wp.vec3i(-1, -1, -1)
     row.radius_signal = -1
     return row
@@ -128,11 +128,13 @@ def place_row(row: FlowPrimitive, spec) -> None:
         row.half_length = 0.5 * math.dist(start, end)
 
 
-def bound_row(spec, table: SignalTable) -> FlowPrimitive:
-    """Make the row of a cylinder's own circulation."""
+def bound_rows(spec, table: SignalTable) -> list[FlowPrimitive]:
+    """Make the row of an obstacle's own circulation, if it has one."""
+    if spec.type != "cylinder":
+        return []
     row = still_row("vortex")
     row.signal = strength_signals(spec.circulation, table)
-    return CylinderImages(spec).own(row)
+    return [CylinderImages(spec).own(row)]
 
 
 def force_row(spec, table: SignalTable) -> forces.ForceField:
@@ -165,7 +167,7 @@ class Environment:
         self._flow = []  # per primitive: its row, and those of its images
         for place, spec in enumerate(scene.flow):
             self._flow.append(answered(flow_row(spec, table), [obstacle for obstacle in scene.obstacles if answers(obstacle, place, spec)]))
-        self._bound = [bound_row(spec, table) for spec in scene.obstacles if spec.type == "cylinder"]  # felt by who feels any flow
+        self._bound = [bound_rows(spec, table) for spec in scene.obstacles]
         self._forces = [force_row(spec, table) for spec in scene.forces]
         return table
 
@@ -192,24 +194,25 @@ class Environment:
         row.alpha, row.viscosity = getattr(coupling, "alpha", 0.0), getattr(coupling, "viscosity", 0.0)
         row.tracer = int(coupling == "tracer")
         row.extent, row.policy = self.scene.limits.extent, UNSTABLE_POLICIES[self.scene.limits.unstable]
-        groups = [] if coupling is None or not feels.flow else [*pick(self.scene.flow, self._flow, feels.flow), self._bound]
+        felt = False if coupling is None else feels.flow
+        groups = [*pick(self.scene.flow, self._flow, felt), *pick(self.scene.obstacles, self._bound, felt, numbered=False)]
         return row, [*chain(*groups)], pick(self.scene.forces, self._forces, feels.forces)
 
     def everything(self) -> tuple[EnvironmentRow, list, list]:
         """Return what a probe feels: the whole flow."""
-        return EnvironmentRow(), [*chain(*self._flow, self._bound)], []
+        return EnvironmentRow(), [*chain(*self._flow, *self._bound)], []
 
     def probe(self) -> "Surroundings":
         """Return tables of the whole flow with a single moment, for probes; their time is their own."""
         return Surroundings(self, *self.everything(), 1, 0.0, wp.zeros(1, dtype=wp.float64, device=self.device))
 
 
-def pick(specs: Sequence, rows: list, chosen) -> list:
-    """Return what of the rows a system feels: all, none, or those named by name or place."""
+def pick(specs: Sequence, rows: list, chosen, numbered: bool = True) -> list:
+    """Return what of the rows a system feels: all, none, or those named by name or, where the list is the numbered one, place."""
     if isinstance(chosen, bool):
         return rows if chosen else []
-    numbered = enumerate(zip(specs, rows, strict=True))
-    return [row for place, (spec, row) in numbered if place in chosen or spec.name in chosen]
+    pairs = enumerate(zip(specs, rows, strict=True))
+    return [row for place, (spec, row) in pairs if (numbered and place in chosen) or spec.name in chosen]
 
 
 class Surroundings:

@@ -7,14 +7,14 @@ Milne-Thomson's circle theorem for a cylinder of radius R, axis a: what stands a
     vortex Γ at b        a vortex −Γ at c, a vortex Γ on the axis, so that the circulation round the cylinder is its own
     doublet m at b       a doublet (R²/|b|²) (I − 2 b̂ b̂ᵀ) m at c
 
-A wall with unit normal n mirrors, S = I − 2 n nᵀ: places, axes and moments are multiplied by S, a circulation changes its sign (it is a
-pseudovector); a uniform flow loses its part along n. Walls that are perpendicular to each other answer each other's images.
+A wall with unit normal n mirrors, S = I − 2 n nᵀ: places, axes, moments and travels are multiplied by S, a circulation changes its sign (it
+is a pseudovector); a uniform flow loses its part along n. Walls that are perpendicular to each other answer each other's images.
 
 Cores. A mirrored vortex has the same core, an image at a cylinder one smaller by R/|b|. On the cylinder the distances from b and from c
 have that same ratio, so both cores weaken their vortices by one factor there, and as the pair of ideal ones sends nothing through the
 surface, neither does this pair: exact for every core. The vortices on the axis turn like a solid body inside and are ideal outside.
 
-Source: Milne-Thomson 1968, §6.21 (circle theorem), §8.60 (sources and doublets), §13.50 (vortices), §8.40 and §13.30 (plane walls).
+Source: Milne-Thomson 1968, §6.21 (the circle theorem), of which the table is what it says for each kind; the note on cores is ours.
 """
 
 from collections.abc import Sequence
@@ -23,6 +23,7 @@ import numpy as np
 import warp as wp
 
 from warpsim.kernels import flow
+from warpsim.kernels.primitive import RANKINE, FlowPrimitive
 
 KINDS = list(flow.FLOWS)
 
@@ -42,10 +43,10 @@ def array(value) -> np.ndarray:
     return np.array(value, dtype=float)
 
 
-def changed(row: flow.FlowPrimitive, gain=1.0, **fields) -> flow.FlowPrimitive:
+def changed(row: FlowPrimitive, gain=1.0, **fields) -> FlowPrimitive:
     """Return a copy of a row with other fields and its strength multiplied, from the left, by a number or a matrix."""
-    copy = flow.FlowPrimitive()
-    for name in flow.FlowPrimitive.vars:
+    copy = FlowPrimitive()
+    for name in FlowPrimitive.vars:
         setattr(copy, name, fields.get(name, getattr(row, name)))
     factor = gain * np.eye(3) if np.ndim(gain) == 0 else gain
     copy.gain = matrix(factor @ array(row.gain).reshape(3, 3))  # Warp hands a matrix out flat
@@ -60,15 +61,15 @@ class CylinderImages:
         self.axis = np.array(spec.axis, float) / np.linalg.norm(spec.axis)
         self.across = np.eye(3) - np.outer(self.axis, self.axis)
 
-    def of(self, row: flow.FlowPrimitive) -> list[flow.FlowPrimitive]:
+    def of(self, row: FlowPrimitive) -> list[FlowPrimitive]:
         """Return the images of a row."""
         return self.formulas[KINDS[row.kind]](self, row)
 
-    def own(self, row: flow.FlowPrimitive) -> flow.FlowPrimitive:
+    def own(self, row: FlowPrimitive) -> FlowPrimitive:
         """Return a vortex's row on the axis: ideal outside, like a solid body inside."""
-        return changed(row, center=vector(self.center), axis=vector(self.axis), core=flow.RANKINE, core_radius=self.radius)
+        return changed(row, center=vector(self.center), axis=vector(self.axis), core=RANKINE, core_radius=self.radius)
 
-    def _inverse(self, row: flow.FlowPrimitive) -> tuple[wp.vec3, float, np.ndarray]:
+    def _inverse(self, row: FlowPrimitive) -> tuple[wp.vec3, float, np.ndarray]:
         """Return the image's place, the ratio R/|b|, and the unit vector towards the primitive."""
         b = self.across @ (array(row.center) - self.center)
         distance = np.linalg.norm(b)
@@ -104,22 +105,25 @@ class WallImages:
         self.center = np.array(spec.center, float)
         self.normal = np.array(spec.normal, float) / np.linalg.norm(spec.normal)
         self.mirror = np.eye(3) - 2.0 * np.outer(self.normal, self.normal)
-        self.gains = {"source": 1.0, "point_source": 1.0, "vortex": -1.0, "doublet": self.mirror}
+        self.gains = {"source": 1.0, "point_source": 1.0, "doublet": self.mirror}
+        self.gains |= {"vortex": -1.0, "vortex_segment": -1.0, "vortex_ring": -1.0}
 
-    def of(self, row: flow.FlowPrimitive) -> list[flow.FlowPrimitive]:
+    def of(self, row: FlowPrimitive) -> list[FlowPrimitive]:
         """Return the image of a row; a line that stands on the wall sends nothing through it, and its image has no strength."""
         kind = KINDS[row.kind]
         if kind == "uniform":
             return [changed(row, -np.outer(self.normal, self.normal))]
         place = vector(self.center + self.mirror @ (array(row.center) - self.center))
-        stands = abs(array(row.axis) @ self.normal) > 0.5  # else it is parallel to the wall, or a point without an axis
-        return [changed(row, 0.0 if stands else self.gains[kind], center=place, axis=vector(self.mirror @ array(row.axis)))]
+        endless = kind in ("source", "vortex", "doublet")
+        stands = endless and abs(array(row.axis) @ self.normal) > 0.5  # else it is parallel to the wall
+        turn = matrix(self.mirror @ array(row.turn).reshape(3, 3))
+        return [changed(row, 0.0 if stands else self.gains[kind], center=place, axis=vector(self.mirror @ array(row.axis)), turn=turn)]
 
 
 IMAGES = {"cylinder": CylinderImages, "wall": WallImages}
 
 
-def answered(row: flow.FlowPrimitive, obstacles: Sequence) -> list[flow.FlowPrimitive]:
+def answered(row: FlowPrimitive, obstacles: Sequence) -> list[FlowPrimitive]:
     """Return a row and all its images at the obstacles that answer it, each of which answers the images at those before it."""
     rows = [row]
     for obstacle in obstacles:

@@ -119,6 +119,17 @@ class FlowProbe:
             total += area * np.einsum("ij,ij->", self._sample(points, time), normal)
         return float(total * 2.0 * math.pi / TURNS)
 
+    def pressure_force(self, center, axis, radius: float, density: float, time: float | None = None) -> np.ndarray:
+        """Return −∮ p n ds round a cylinder, (3,), per length of it [N/m], in a fluid of a density [kg/m³] at the moment `time`.
+
+        The pressure is Bernoulli's of a steady flow, p = −ρ|v|²/2 and a constant that adds nothing; the circle is meant to be a
+        streamline, the surface of an obstacle. Of a cylinder in a stream U with circulation Γ about its axis a the force is ρ Γ U × a: all
+        lift (Kutta, Joukowski) and no drag (d'Alembert).
+        """
+        outward, _, _ = circle(axis)
+        speed2 = (self._sample(np.asarray(center, float) + radius * outward, time) ** 2).sum(axis=1)
+        return 0.5 * density * (speed2 @ outward) * 2.0 * math.pi * radius / TURNS
+
     def discharge(self, center, axis, radius: float, time: float | None = None) -> float:
         """Return ∫ v·dA through a disc, along its axis [m³/s]: the lecture's V′."""
         outward, _, a = circle(axis)

@@ -40,7 +40,7 @@ def region(scene) -> tuple[np.ndarray, float]:
 
 def _places(scene) -> Iterator[tuple[float, float, float]]:
     shapes = [emitter.shape for system in scene.systems.values() for emitter in getattr(system, "emitters", ())]
-    for thing in (*shapes, *scene.flow, *scene.forces):
+    for thing in (*shapes, *scene.flow, *scene.obstacles, *scene.forces):
         for name in ("center", "start", "end"):
             if isinstance(place := getattr(thing, name, None), tuple):
                 yield place

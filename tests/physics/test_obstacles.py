@@ -9,7 +9,7 @@ import pytest
 from tests.physics.scenes import scene, simulate, start
 from tests.reference.flow import Primitive
 from tests.reference.obstacles import before_walls, round_cylinder
-from warpsim import Simulation
+from warpsim import Simulation, load_scene
 from warpsim.images import CylinderImages, WallImages
 from warpsim.scene.obstacles import Cylinder, Wall
 
@@ -162,6 +162,40 @@ def standing_alone(twins, planes, x) -> np.ndarray:
     return before_walls(rest, planes, x) + before_walls(standing, [], x)
 
 
+@pytest.mark.parametrize("share", [0.0, 0.4, -0.9, 1.7])
+def test_a_turning_cylinder_is_lifted_and_not_dragged(share):
+    """Kutta and Joukowski: ρ Γ U × a; d'Alembert: nothing along the stream. Rounding: 1e-7 of the pressures, 2ρU²(1 + Γ/4πUR)² times 2R."""
+    density, circulation = 1.2, share * 4.0 * np.pi * SPEED * RADIUS
+    stream = SPEED * ALONG
+    flow = probe([{"type": "uniform", "velocity": stream.tolist()}], CYLINDER | {"circulation": circulation})
+    force = flow.pressure_force(CENTER, AXIS, RADIUS, density)
+    scale = 4.0 * density * SPEED**2 * (1.0 + abs(share)) ** 2 * RADIUS
+    assert np.abs(force - density * circulation * np.cross(stream, AXIS)).max() < 1e-6 * scale
+
+
+def test_a_source_draws_a_cylinder_to_it():
+    """Force ρV²/(2π) R²/(b(b² − R²)) towards a source at distance b, whatever its sign: by Blasius' theorem."""
+    for rate in (2.0, -2.0):
+        flow = probe(
+            [{"type": "source", "center": [1.5, 0, 0], "axis": [0, 0, 1], "rate": rate}],
+            CYLINDER | {"center": [0, 0, 0], "axis": [0, 0, 1]},
+        )
+        expect = 1.2 * rate**2 / (2.0 * np.pi) * RADIUS**2 / (1.5 * (1.5**2 - RADIUS**2))
+        assert flow.pressure_force([0, 0, 0], [0, 0, 1], RADIUS, 1.2) == pytest.approx([expect, 0, 0], abs=1e-6)
+
+
+def test_foeppls_vortices_stand_behind_the_cylinder():
+    """Where r² − R² = 2ry, with 2πU(r² − R²)²(r² + R²)/r⁵: the flow is at rest in their cores. Source: Föppl 1913."""
+    document = load_scene("cylinder_flow")
+    wind, above, below = document.flow
+    r, R = np.hypot(*above.center[:2]), document.obstacles[0].radius
+    assert r * r - R * R == pytest.approx(2.0 * r * above.center[1], rel=1e-7)
+    strength = 2.0 * np.pi * wind.velocity[0] * (r * r - R * R) ** 2 * (r * r + R * R) / r**5
+    assert below.circulation == -above.circulation == pytest.approx(strength, rel=1e-7)
+    sim = Simulation(document.model_copy(update={"systems": {}}), device="cpu", threads=1)
+    assert np.abs(sim.flow.sample([above.center, below.center])).max() < 1e-6  # terms of 5 m/s that cancel
+
+
 def test_strengths_that_vary_are_answered_at_every_moment():
     """A wind that turns, a vortex and a circulation that swing."""
     wind = {"type": "uniform", "velocity": [{"expression": "cos(t)"}, {"expression": "sin(t)"}, 0.0]}
@@ -203,17 +237,23 @@ def test_tracers_pass_a_cylinder_without_touching_it(rng):
 
 
 def test_who_feels_some_of_the_flow_feels_its_images():
-    """And the obstacle's own circulation; who feels none of it feels nothing."""
+    """The obstacle's own circulation goes by its name, like a primitive."""
     flow = [
         {"name": "wind", "type": "uniform", "velocity": [1, 0, 0]},
         {"type": "source", "center": [0, 3, 0], "axis": [0, 0, 1], "rate": 9},
     ]
-    body = {"type": "cylinder", "axis": [0, 0, 1], "radius": 0.5, "circulation": 1.0}
-    for feels, alone in (({"flow": ["wind"]}, flow[:1]), ({"flow": True}, flow), ({"flow": False}, None)):
-        sim = simulate(start([0, 1, 0]), flow=flow, obstacles=[body], coupling="tracer", feels=feels)
-        felt = sim.frame()["p"].velocity[0]
-        exact = [0, 0, 0] if alone is None else probe(alone, body).sample([[0, 1, 0]])[0]
-        assert felt == pytest.approx(exact, abs=1e-6)
+    body = {"name": "body", "type": "cylinder", "axis": [0, 0, 1], "radius": 0.5, "circulation": 1.0}
+    still = body | {"circulation": 0.0}
+    cases = [
+        (True, flow, body),
+        (["wind"], flow[:1], still),
+        (["wind", "body"], flow[:1], body),
+        ([1], flow[1:], still),
+        (["body"], [], body),
+    ]
+    for feels, felt, obstacle in [*cases, (False, [], still), ([], [], still)]:
+        sim = simulate(start([0, 1, 0]), flow=flow, obstacles=[body], coupling="tracer", feels={"flow": feels})
+        assert sim.frame()["p"].velocity[0] == pytest.approx(probe(felt, obstacle).sample([[0, 1, 0]])[0], abs=1e-6), feels
 
 
 def test_answers_leaves_the_rest_of_the_flow_alone():

@@ -36,7 +36,7 @@ FLOOR = "  - {type: wall, normal: [0, 1, 0]}\n"
             "flow.0.center",
             "0.3 m from the cylinder's axis",
         ),
-        ("  - {type: source, center: [0, -2, 0], axis: [0, 0, 1], rate: 1}\n", FLOOR, "flow.0.center", "2 m behind the wall"),
+        ("  - {type: source, center: [0, -2, 0], axis: [0, 0, 1], rate: 1}\n", FLOOR, "flow.0.center", "comes 2 m behind the wall"),
         ("  - {type: source, center: [0, 0, 0], axis: [0, 0, 1], rate: 1}\n", FLOOR, "flow.0.center", "on the wall"),
         ("  - {type: source, center: [0, 2, 0], axis: [0, 1, 1], rate: 1}\n", FLOOR, "flow.0.axis", "parallel or perpendicular"),
         ("  - {type: uniform, velocity: [1, 0, 0]}\n", CYLINDER + CYLINDER, "obstacles.1.type", "where it is alone"),
@@ -78,6 +78,21 @@ def test_an_unknown_name_is_told_with_a_suggestion():
         load_text(f"{HEAD}{flow}obstacles:\n{CYLINDER.replace('}', ', answers: [wnd, 7]}')}", "x.yaml")
     first, second = refused.value.problems
     assert first.path == "obstacles.0.answers.0" and first.suggestion == "wind" and "there is no flow.7" in second.message
+
+
+def test_feels_knows_obstacles_by_name():
+    system = "systems: {p: {type: particles, coupling: tracer, feels: {flow: [wind, mast, maast, 1]}}}\n"
+    flow = "  - {name: wind, type: uniform, velocity: [1, 0, 0]}\n"
+    with pytest.raises(SceneError) as refused:
+        load_text(f"{HEAD}{flow}obstacles:\n{CYLINDER.replace('{', '{name: mast, ')}{system}", "x.yaml")
+    guess, number = refused.value.problems
+    assert guess.suggestion == "mast" and "there is no flow.1" in number.message
+
+
+def test_a_name_is_a_primitives_or_an_obstacles():
+    flow = "  - {name: mast, type: uniform, velocity: [1, 0, 0]}\n"
+    ((where, message),) = told(flow, CYLINDER.replace("{", "{name: mast, "))
+    assert where == "obstacles.0.name" and "taken by flow.0" in message
 
 
 def test_many_mistakes_are_told_once_each_and_soon():

@@ -23,6 +23,7 @@ def fake_scene(
         viewer=SimpleNamespace(**{"max_points": 250_000, "sky": "auto", "ground": True, "show": (), **viewing}),
         sliders=[SimpleNamespace(path=path, label=path, min=low, max=high, value=value) for path, low, high, value in sliders],
         flow=(),
+        obstacles=(),
         forces=(),
         systems={key: SimpleNamespace(look=look) for key, look in looks.items()},
     )

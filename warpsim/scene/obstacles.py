@@ -5,7 +5,7 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
-from warpsim.scene.base import Direction, Mistake, Name, Number, Spec, Vec3, one_of_types
+from warpsim.scene.base import Direction, Mistake, Name, Number, Spec, Vec3, is_number, one_of_types
 from warpsim.scene.particles import Selection
 from warpsim.scene.strengths import Strength
 
@@ -43,9 +43,11 @@ class Cylinder(Obstacle):
     )
 
     def misfit(self, primitive: Any) -> tuple[str, str] | None:
-        """A line must be parallel to the axis and outside."""
+        """A line must be parallel to the axis, outside, and stay where it is."""
         if primitive.type == "uniform":
             return None
+        if any(component != 0.0 for component in primitive.travel):
+            return "travel", "must be zero: at a cylinder, an image would not travel like what it answers"
         if _sine(primitive.axis, self.axis) > PARALLEL:
             return "axis", "must be parallel to the cylinder's: the circle theorem is about a plane flow"
         distance = math.hypot(*_across(self.axis, _minus(primitive.center, self.center)))
@@ -57,13 +59,15 @@ class Cylinder(Obstacle):
 class Wall(Obstacle):
     """A plane without end; the flow is on the side to which its normal points, and answered by mirror images."""
 
-    answerable: ClassVar[frozenset[str]] = frozenset({"uniform", "source", "point_source", "vortex", "doublet"})
+    answerable: ClassVar[frozenset[str]] = frozenset(
+        {"uniform", "source", "point_source", "vortex", "doublet", "vortex_segment", "vortex_ring"}
+    )
     type: Literal["wall"] = Field("wall", description="Kind of obstacle.")
     center: Vec3 = Field((0.0, 0.0, 0.0), description="A point on it [m].")
     normal: Direction = Field((0.0, 1.0, 0.0), description="Direction into the flow, of any length [1].")
 
     def misfit(self, primitive: Any) -> tuple[str, str] | None:
-        """A line must be parallel to the wall and in front of it, or stand on it; a point must be in front."""
+        """What has a place must be in front; a line must be parallel to the wall or stand on it, a segment may begin on it."""
         if primitive.type == "uniform":
             return None
         if hasattr(primitive, "axis"):
@@ -71,11 +75,21 @@ class Wall(Obstacle):
                 return None  # nothing of its flow crosses the wall
             if abs(_dot(_unit(primitive.axis), _unit(self.normal))) > PARALLEL:
                 return "axis", "must be parallel or perpendicular to the wall: else the line passes through it"
-        height = _dot(_minus(primitive.center, self.center), _unit(self.normal))
-        if height <= 0.0:
-            where = f"is {-height:g} m behind the wall" if height < 0.0 else "is on the wall"
-            return "center", f"{where} and must be in front, where the normal points"
-        return None
+        if hasattr(primitive, "start"):
+            start, end = self._height(primitive.start), self._height(primitive.end)
+            key, height = ("start", start) if start < end else ("end", end)
+            return (key, self._behind(height)) if height < 0.0 or start == end == 0.0 else None
+        height = self._height(primitive.center)
+        if is_number(reach := getattr(primitive, "radius", 0.0)):
+            height -= reach * _sine(primitive.normal, self.normal) if reach else 0.0  # the lowest point of a ring
+        return ("center", self._behind(height)) if height <= 0.0 else None
+
+    def _height(self, place: Vec3) -> float:
+        return _dot(_minus(place, self.center), _unit(self.normal))
+
+    def _behind(self, height: float) -> str:
+        where = f"comes {-height:g} m behind the wall" if height < 0.0 else "is on the wall"
+        return f"{where} and must be in front, where the normal points"
 
 
 ObstacleUnion = one_of_types(Obstacle)

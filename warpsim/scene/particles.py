@@ -57,7 +57,11 @@ class Feels(Spec):
     """Which parts of the environment act on a system: true, false, or the names (or numbers from 0) of those that do."""
 
     gravity: Truth = Field(True, description="Whether gravity acts.")
-    flow: Selection = Field(True, description="Flow primitives that carry it: true, false, or a list of names or numbers.")
+    flow: Selection = Field(
+        True,
+        description="Flow primitives, with their images at obstacles, that carry it: true, false, or a list of names or numbers. The name "
+        "of an obstacle stands for its own circulation.",
+    )
     forces: Selection = Field(True, description="Forces that act: true, false, or a list of names or numbers.")
 
 

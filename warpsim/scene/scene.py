@@ -54,12 +54,13 @@ class Scene(Spec):
     @model_validator(mode="after")
     def _names_agree(self):
         found = [mistake for key in ("flow", "obstacles", "forces", "verify") for mistake in repeated_names(key, getattr(self, key))]
+        found += _shared_names(self)
         for k, obstacle in enumerate(self.obstacles):
             found += _unknown_entries(("obstacles", k, "answers"), "flow", obstacle.answers, self.flow)
         found += unanswerable(self.obstacles, self.flow)
         for name, system in self.systems.items():
-            for key, entries in (("flow", self.flow), ("forces", self.forces)):
-                found += _unknown_entries(("systems", name, "feels", key), key, getattr(system.feels, key), entries)
+            for key, entries, also in (("flow", self.flow, self.obstacles), ("forces", self.forces, ())):
+                found += _unknown_entries(("systems", name, "feels", key), key, getattr(system.feels, key), entries, also)
             if isinstance(system, Particles) and system.motion == "ballistic" and self.forces and system.feels.forces not in (False, ()):
                 message = "motion: ballistic knows gravity only, but the scene has forces (add feels: {forces: false} to ignore them)"
                 found.append(Mistake(("systems", name, "motion"), message, ("forces",)))
@@ -75,6 +76,16 @@ class Scene(Spec):
         return [slider for control in self.controls for slider in sliders_of(self, control)]
 
 
+def _shared_names(scene: Scene) -> list[Mistake]:
+    """Return a mistake for each obstacle that has the name of a flow primitive: `feels.flow` names both."""
+    places = {primitive.name: k for k, primitive in enumerate(scene.flow) if primitive.name}
+    return [
+        Mistake(("obstacles", n, "name"), f'the name "{obstacle.name}" is taken by flow.{places[obstacle.name]}', ("flow", "obstacles"))
+        for n, obstacle in enumerate(scene.obstacles)
+        if obstacle.name in places
+    ]
+
+
 def _lost_controls(scene: Scene) -> list[Mistake]:
     """Return a mistake for each control that moves no number."""
     found = []
@@ -86,10 +97,10 @@ def _lost_controls(scene: Scene) -> list[Mistake]:
     return found
 
 
-def _unknown_entries(path: tuple[str, ...], key: str, selection, entries) -> list[Mistake]:
-    """Return a mistake for each selected name or number that the list does not have."""
+def _unknown_entries(path: tuple[str, ...], key: str, selection, entries, also=()) -> list[Mistake]:
+    """Return a mistake for each selected name or number that the list does not have; those in `also` have names only."""
     found = []
-    names = [entry.name for entry in entries if entry.name]
+    names = [entry.name for entry in (*entries, *also) if entry.name]
     present = set(names)
     known = f"names in {key}: {listed(names)}" if names else f"no entry of {key} has a name"
     for k, wanted in enumerate(selection if isinstance(selection, tuple) else ()):

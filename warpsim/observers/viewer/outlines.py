@@ -1,16 +1,17 @@
-"""Faint drawings of what is in a scene but not to be seen: where particles are born, what moves the air, what pulls."""
+"""Faint drawings of what is in a scene but not to be seen: where particles are born, what moves the air, what stands in it, what pulls."""
 
 import math
 
 Vector = tuple[float, float, float]
 _ROUND = 48  # sides of a circle
-KINDS = ("emitters", "flow", "forces")
+_STAVES, _BARS = 12, 8  # lines along a cylinder, cells along an edge of a wall
+KINDS = ("emitters", "flow", "obstacles", "forces")
 
 
 def scene_outlines(scene) -> dict[str, list[float]]:
     """Return per kind the ends of line segments, flat: x, y, z of one end, of the other, and so on [m]."""
     emitters = [emitter for system in scene.systems.values() for emitter in getattr(system, "emitters", ())]
-    drawn = {"emitters": emitters, "flow": scene.flow, "forces": scene.forces}
+    drawn = {"emitters": emitters, "flow": scene.flow, "obstacles": scene.obstacles, "forces": scene.forces}
     reach = _reach(scene, emitters)
     found: dict[str, list[float]] = {}
     for kind in KINDS:
@@ -51,6 +52,33 @@ def _line_with_rings(primitive, reach: float) -> list[Vector]:
     radius = getattr(getattr(primitive, "core", None), "radius", None) or 0.35 * reach
     ends = [_along(primitive.center, axis, -reach), _along(primitive.center, axis, reach)]
     return [*ends, *_circle(primitive.center, axis, radius), *_arrow(ends[0], ends[1], 0.12 * reach)]
+
+
+def _tube(cylinder, reach: float) -> list[Vector]:
+    """A piece of a cylinder without end: rings, and lines along it."""
+    axis = _unit(cylinder.axis)
+    ends = [_along(cylinder.center, axis, side * reach) for side in (-1.0, 1.0)]
+    rings = [_circle(place, axis, cylinder.radius) for place in (ends[0], cylinder.center, ends[1])]
+    u, v = _across(axis)
+    angles = [2.0 * math.pi * k / _STAVES for k in range(_STAVES)]
+    spokes = [_along(_along((0.0, 0.0, 0.0), u, cylinder.radius * math.cos(a)), v, cylinder.radius * math.sin(a)) for a in angles]
+    staves = [_along(end, spoke, 1.0) for spoke in spokes for end in ends]
+    return [*(point for ring in rings for point in ring), *staves]
+
+
+def _plane(wall, reach: float) -> list[Vector]:
+    """A piece of a plane without end: a lattice, and an arrow along its normal."""
+    normal = _unit(wall.normal)
+    u, v = _across(normal)
+    half = 2.0 * reach
+    lattice = []
+    for k in range(_BARS + 1):
+        aside = half * (2.0 * k / _BARS - 1.0)
+        for first, second in ((u, v), (v, u)):
+            middle = _along(wall.center, first, aside)
+            lattice += [_along(middle, second, -half), _along(middle, second, half)]
+    tip = _along(wall.center, normal, 0.5 * reach)
+    return [*lattice, wall.center, tip, *_arrow(wall.center, tip, 0.12 * reach)]
 
 
 def _wind(primitive, reach: float) -> list[Vector]:
@@ -100,6 +128,8 @@ _FORMS = {
     "rotation": _line_with_rings,
     "vortex_segment": _segment,
     "vortex_ring": _ring,
+    "cylinder": _tube,
+    "wall": _plane,
 }
 
 

@@ -1,4 +1,4 @@
-// Lines that come once and stay: streamlines of the flow, and faint drawings of emitters, flow primitives and forces.
+// Lines that come once and stay: streamlines of the flow, and faint drawings of emitters, flow primitives, obstacles and forces.
 "use strict";
 
 class Lines {
@@ -56,8 +56,8 @@ class Lines {
   }
 
   static material(key, sky) {
-    const bright = { emitters: 0xffc27a, flow: 0x7fd0ff, forces: 0xff8fb0, streamlines: 0x8fb8e8 };
-    const dark = { emitters: 0xa35a00, flow: 0x0a5f96, forces: 0x9c1f4c, streamlines: 0x34618f };
+    const bright = { emitters: 0xffc27a, flow: 0x7fd0ff, obstacles: 0xc9d2da, forces: 0xff8fb0, streamlines: 0x8fb8e8 };
+    const dark = { emitters: 0xa35a00, flow: 0x0a5f96, obstacles: 0x4a5560, forces: 0x9c1f4c, streamlines: 0x34618f };
     const color = (sky === "day" ? dark : bright)[key] || 0x888888, opacity = key === "streamlines" ? 0.5 : 0.4;
     return new MeshCat.THREE.LineBasicMaterial({ color, vertexColors: true, transparent: true, opacity, depthWrite: false });
   }
