@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import warpsim
 from tests.verify.scenes import EXACT, found, scene
 from warpsim.scene.oracles import Oracle
 from warpsim.verify import verify_scene
@@ -132,3 +133,16 @@ def test_a_scene_that_blows_up_is_not_measured():
     flow = {"type": "divergence", "point": [1, 1, 1], "tolerance": 1}
     findings = found(count, flow, **wild)
     assert [finding.verdict for finding in findings] == ["unmeasured", "pass"] and "unstable" in findings[0].remark
+
+
+def test_children_of_events_are_counted_where_it_is_said_how_many():
+    """Of one emitter alone, too: the system whose events it hears stays. Without `expect` there is no law."""
+    parent = {"type": "particles", "emitters": [{"burst": {"count": 5}, "lifetime": 0.5}]}
+    child = {"type": "particles", "emitters": [{"rate": 100}, {"on": {"event": "death", "of": "p"}, "burst": {"count": 7}}]}
+    counts = [
+        {"type": "live_count", "system": "c", "at": 0.6, "tolerance": 0, **more} for more in ({"emitter": 1, "expect": 35}, {"expect": 95})
+    ]
+    counts.append({"type": "live_count", "system": "c", "emitter": 1, "at": 0.6, "tolerance": 0})
+    document = {"name": "stated", "systems": {"p": parent, "c": child}, "verify": counts}
+    one, both, lawless = verify_scene(warpsim.Scene.model_validate(document), "cpu", threads=1)
+    assert (one.verdict, both.verdict, lawless.verdict) == ("pass", "pass", "fail") and "say what to expect" in lawless.remark

@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from warpsim.scene.base import Mistake, Name
-from warpsim.scene.oracles import AT, Bounded, Entry, Oracle, entry_misfits, first_misfit, system_misfits
+from warpsim.scene.oracles import AT, Bounded, Entry, Oracle, entry_misfits, entry_of, first_misfit, system_misfits
 from warpsim.scene.strengths import Moment, Strength
 
 Digest = Annotated[str, Field(min_length=32, max_length=32, pattern=r"^[0-9a-f]{32}$")]
@@ -27,6 +27,13 @@ class LiveCountOracle(Bounded, Oracle):
             return [] if self.emitter is None else entry_misfits("emitter", self.emitter, emitters, "emitter", ("systems",))
 
         return first_misfit(lambda: system_misfits(self.system, scene), lost)
+
+    def lawless(self, scene) -> str | None:
+        emitters = scene.systems[self.system].emitters
+        counted = emitters if self.emitter is None else (entry_of(self.emitter, emitters),)
+        if self.expect is None and any(emitter.on for emitter in counted):
+            return f"no law says how many children of events {self.system} has: say what to expect"
+        return None
 
 
 class HashOracle(Oracle):

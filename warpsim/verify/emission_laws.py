@@ -76,7 +76,7 @@ def live_count(emitters, scene, time: float) -> tuple[float, float]:
             alive = float(lives.mean())
             mean += piece.mean * alive
             variance += piece.variance * alive**2 + piece.mean * float((lives * (1.0 - lives)).mean())
-        for burst in emitter.burst:
+        for burst in emitter.burst if emitter.on is None else ():
             if -scene.time.prewarm <= burst.at <= time:
                 alive = float(survival(emitter.lifetime, np.array([time - burst.at]))[0])
                 mean += burst.count * alive

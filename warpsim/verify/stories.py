@@ -22,18 +22,21 @@ def with_test_particles(scene, measurers):
 def alone(scene, system: str, emitter: int | str):
     """Return the scene with one emitter of one system only, whose particles nothing acts on: births, lives and deaths as they are.
 
-    The other emitters keep their places and fall silent, so that the random numbers are the scene's own.
+    The other emitters keep their places and fall silent, so that the random numbers are the scene's own. One that listens to events keeps
+    the other systems, too, as they are.
     """
     spec = scene.systems[system]
     chosen = entry_of(emitter, spec.emitters)
     emitters = tuple(each if each is chosen else silent(each) for each in spec.emitters)
+    if chosen.on is not None:
+        return scene.model_copy(update={"systems": {**scene.systems, system: spec.model_copy(update={"emitters": emitters})}})
     plain = {"coupling": None, "solver": None, "motion": "dynamic", "feels": NOTHING, "substeps": 1, "emitters": emitters}
     return scene.model_copy(update={"systems": {system: spec.model_copy(update=plain)}, "controls": ()})
 
 
 def silent(emitter):
     """Return an emitter of which nothing is ever born."""
-    return emitter.model_copy(update={"rate": None, "burst": (Burst(count=1, at=LONG_AGO),)})
+    return emitter.model_copy(update={"rate": None, "on": None, "burst": (Burst(count=1, at=LONG_AGO),)})
 
 
 def play(simulation, measurers) -> None:
