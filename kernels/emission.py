@@ -14,7 +14,9 @@ from warpsim.kernels.signals import Signals, sample_signal
 UNIFORM, SCALED_UNIFORM, NORMAL, POISSON = range(4)
 COUNT_LAWS = {"uniform": UNIFORM, "scaled_uniform": SCALED_UNIFORM, "normal": NORMAL, "poisson": POISSON}
 VALUE_LAWS = {"uniform": UNIFORM, "normal": NORMAL}
-LIVE, ACTIVE, BORN, REFUSED, KILLED, NEXT_ID, FAULT, CHILDREN, COUNTER_COUNT = range(9)  # a population's counters, int64, on the device
+LIVE, ACTIVE, BORN, REFUSED, KILLED, NEXT_ID, FAULT, CHILDREN, PUSHED, COUNTER_COUNT = range(
+    10
+)  # a population's counters, int64, on the device
 MOST_BIRTHS = wp.constant(wp.float64(1.0e12))  # in one interval: what can be counted, far beyond what can be born
 
 

@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warpsim.kernels.collision import Collider
+from warpsim.kernels.collider import Collider
 from warpsim.kernels.flow import sample_flow
 from warpsim.kernels.forces import ForceField, sample_acceleration
 from warpsim.kernels.planar import read3, write3

@@ -9,6 +9,8 @@ vector width and for the plain kernels. Empty for CUDA. Measured in docs/adr/000
 import warp as wp
 
 from warpsim.kernels.advance import LOOPS, advance_flight, living_step, meet_colliders, store_body
+from warpsim.kernels.collider import into_frame
+from warpsim.kernels.contact import CLEARANCES, path_reach
 from warpsim.kernels.emission import ACTIVE, FAULT, KILLED, LIVE, Particles
 from warpsim.kernels.environment import KILL, Environment, drag_rate
 from warpsim.kernels.flow import FLOWS
@@ -36,9 +38,9 @@ def share(part: int, part_count: int, count: int) -> wp.vec2i:
     return wp.vec2i(BLOCK * (blocks * part // part_count), wp.min(count, BLOCK * (blocks * (part + 1) // part_count)))
 
 
-def cases(formulas, macro):
+def cases(formulas, macro, row="q"):
     """Write a switch over kinds, so that the kind is decided once per block and not per particle."""
-    return " ".join(f"case {kind}: {macro}(${f.func.__name__}(q, x)) break;" for kind, f in enumerate(formulas))
+    return " ".join(f"case {kind}: {macro}(${f.func.__name__}({row}, x)) break;" for kind, f in enumerate(formulas))
 
 
 PROLOGUE = """
@@ -49,14 +51,18 @@ PROLOGUE = """
     int *birth_frame = particles.birth_frame.data, *alive = particles.alive.data;
     float X[3][B], V[3][B], U[3][B], A[3][B], I[3][B], XB[3][B], VB[3][B], X0[3][B], V0[3][B], DX[3][B], DV[3][B];
     float H[B], K[B], W[B], age[B], life[B];
-    int dead[B], kept[B];
-MEMORY    const int coupled = particles.internal.shape[0] > 0, meets = environment.colliders.shape[1] > 0;
+    int dead[B], kept[B], near[B];
+MEMORY    const int coupled = particles.internal.shape[0] > 0;
+    const int meets = environment.colliders.shape[1] > 0, sticks = particles.contact.shape[0] > 0;
     #define GET(F) vec(F[0][i], F[1][i], F[2][i])
     #define PUT(F, value) { const vec r = value; F[0][i] = r[0]; F[1][i] = r[1]; F[2][i] = r[2]; }
     #define EACH(...) for (int i = 0; i < B; ++i) { const float h = H[i], k = K[i]; __VA_ARGS__ }
     #define ADD(F, value) { const vec r = value; F[0][i] += r[0]; F[1][i] += r[1]; F[2][i] += r[2]; }
     #define FLOW(formula) for (int i = 0; i < B; ++i) { const vec x = GET(X); ADD(U, formula) }
     #define FORCE(formula) for (int i = 0; i < B; ++i) { const vec x = GET(X), w(W[i], W[i], W[i]); ADD(A, wp::cw_mul(formula, w)) }
+    #define NEAR(formula) for (int i = 0; i < B; ++i) { \\
+        const float reach = $path_reach(c, half, whole, GET(XB), GET(VB), GET(X), GET(V), H[i], pace.dt); \\
+        const vec x = $into_frame(c.center, c.rotation, GET(XB)); near[i] |= !(formula > reach); }
     auto flow = [&](int moment) {
         for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) U[c][i] = 0.0f;
         for (int j = 0; j < environment.flow.shape[1]; ++j) {
@@ -76,6 +82,7 @@ MEMORY    const int coupled = particles.internal.shape[0] > 0, meets = environme
             K[i] = $drag_rate(environment.alpha, environment.viscosity, particles.radius.data[b + i], W[i]);
             dead[i] = pace.first > 0 ? 1 - alive[b + i] : 0;
         }
+        if (particles.impact.shape[0] > 0 && pace.first == 0) for (int i = 0; i < n; ++i) particles.impact.data[b + i + 9 * S] = -1.0f;
         if (coupled) for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) I[c][i] = particles.internal.data[b + i + c * S];
 RECALL"""
 FORCE_LAMBDA = """auto force = [&](int moment) {
@@ -93,10 +100,17 @@ SUBSTEPS = """
 """
 CONTACTS = """
             if (meets) {
+                for (int i = 0; i < B; ++i) near[i] = 0;
+                for (int j = 0; j < environment.colliders.shape[1]; ++j) {
+                    const auto *q = environment.colliders.data + 2 * s * environment.colliders.shape[1] + j;
+                    const auto c = q[0], half = q[environment.colliders.shape[1]], whole = q[2 * environment.colliders.shape[1]];
+                    switch (c.kind) { NEAR_CASES }
+                }
                 int hits = 0;
                 for (int i = 0; i < n; ++i) {
-                    if (!(H[i] > 0.0f)) continue;
-                    const auto p = $meet_colliders(b + i, s, H[i], age[i], GET(XB), GET(VB), GET(X), GET(V), pace, environment, particles);
+                    if (!(H[i] > 0.0f) || !(near[i] || (sticks && particles.contact.data[b + i]))) continue;
+                    const vec x0 = GET(XB), v0 = GET(VB), x1 = GET(X), v1 = GET(V);
+                    const auto p = $meet_colliders(b + i, s, H[i], age[i], x0, v0, x1, v1, pace, environment, particles, counters);
                     PUT(X, p.x) PUT(V, p.v)
                     dead[i] = p.dead;
                     if (p.hits) kept[i] = 0;
@@ -167,8 +181,8 @@ TEXTS = {  # by method: what it feels before the first substep and after a colli
 }
 MULTISTEP_TEXTS, PAST = multistep_texts()
 TEXTS |= MULTISTEP_TEXTS
-MACROS = ("GET", "PUT", "ADD", "EACH", "FLOW", "FORCE")
-FORMULAS = (*FLOWS.values(), *FORCES.values(), age_at, drag_rate, living_step, meet_colliders, inside, kick, drift)
+MACROS = ("GET", "PUT", "ADD", "EACH", "FLOW", "FORCE", "NEAR")
+FORMULAS = (*FLOWS.values(), *FORCES.values(), age_at, drag_rate, living_step, inside, kick, drift)
 FORMULAS += (*vars(KIT.glides).values(), KIT.whole_step, *(form.start for form in FORMS.values()))
 
 
@@ -182,6 +196,7 @@ def advance_text(name: str) -> str:
     text = text.replace("FEEL_AGAIN", feel.replace("(m)", "(2 * s + 2)"))
     text = text.replace("FORCE_LAMBDA", FORCE_LAMBDA if "force(" in step else "")  # a tracer's plain loop calls no force
     text = text.replace("FLOW_CASES", cases(FLOWS.values(), "FLOW")).replace("FORCE_CASES", cases(FORCES.values(), "FORCE"))
+    text = text.replace("NEAR_CASES", cases(CLEARANCES.values(), "NEAR", "c"))
     return snippet(text.replace("\n    #define", "\n#define"), *FORMULAS) + "".join(f"#undef {macro}\n" for macro in MACROS)
 
 
@@ -200,7 +215,7 @@ def advance_loop(name, loop):
     ):
         """Advance a range of particles through the frame."""
         for i in range(begin, end):
-            body = loop(i, frame, pace, environment, particles)
+            body = loop(i, frame, pace, environment, particles, counters)
             store_body(i, frame, body, pace, environment, particles, counters)
 
     @wp.kernel(name=f"advance_{name}_loop", module=f"warpsim.kernels.loops.{name}", enable_backward=False)

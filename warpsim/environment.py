@@ -1,15 +1,16 @@
 """Environment: what all systems of a scene share — gravity, flow, forces — as tables on the device, and the probes that read them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import chain
 
 import numpy as np
 import warp as wp
 
+from warpsim.colliders import Colliders
 from warpsim.images import CylinderImages, answered
 from warpsim.kernels import expressions, flow, forces, signals
-from warpsim.kernels.collision import Collider
+from warpsim.kernels.collider import Collider, sample_colliders
 from warpsim.kernels.environment import UNSTABLE_POLICIES, sample_moments
 from warpsim.kernels.environment import Environment as EnvironmentRow
 from warpsim.kernels.primitive import CORES, FlowPrimitive
@@ -157,6 +158,7 @@ class Environment:
 
     def __init__(self, scene: Scene, device: str):
         self.scene, self.device = scene, device
+        self._solids = Colliders(scene, device)
         table = self._rows_of(scene)
         self.signals = table.tables(device)
         self._give_programs()
@@ -169,6 +171,7 @@ class Environment:
             self._flow.append(answered(flow_row(spec, table), [obstacle for obstacle in scene.obstacles if answers(obstacle, place, spec)]))
         self._bound = [bound_rows(spec, table) for spec in scene.obstacles]
         self._forces = [force_row(spec, table) for spec in scene.forces]
+        self._colliders = self._solids.rows(scene, table)
         return table
 
     def change(self, scene: Scene) -> None:
@@ -185,10 +188,10 @@ class Environment:
     def feel(self, feels, coupling, substep_count: int) -> "Surroundings":
         """Return the tables of one system: what it feels, with a moment at every half substep."""
         spacing = 0.5 / (self.scene.time.fps * substep_count)
-        return Surroundings(self, *self.felt(feels, coupling), 2 * substep_count + 1, spacing)
+        return Surroundings(self, self.felt(feels, coupling), 2 * substep_count + 1, spacing)
 
-    def felt(self, feels, coupling) -> tuple[EnvironmentRow, list, list]:
-        """Return what one system feels: its row but for the tables, the rows of flow and of forces."""
+    def felt(self, feels, coupling) -> tuple[EnvironmentRow, list, list, list]:
+        """Return what one system feels: its row but for the tables, the rows of flow, of forces and of colliders."""
         row = EnvironmentRow()
         row.gravity = wp.vec3(*self.scene.gravity) if feels.gravity else wp.vec3()
         row.alpha, row.viscosity = getattr(coupling, "alpha", 0.0), getattr(coupling, "viscosity", 0.0)
@@ -196,15 +199,16 @@ class Environment:
         row.extent, row.policy = self.scene.limits.extent, UNSTABLE_POLICIES[self.scene.limits.unstable]
         felt = False if coupling is None else feels.flow
         groups = [*pick(self.scene.flow, self._flow, felt), *pick(self.scene.obstacles, self._bound, felt, numbered=False)]
-        return row, [*chain(*groups)], pick(self.scene.forces, self._forces, feels.forces)
+        felt_forces = pick(self.scene.forces, self._forces, feels.forces)
+        return row, [*chain(*groups)], felt_forces, pick(self.scene.colliders, self._colliders, feels.colliders)
 
-    def everything(self) -> tuple[EnvironmentRow, list, list]:
+    def everything(self) -> tuple[EnvironmentRow, list, list, list]:
         """Return what a probe feels: the whole flow."""
-        return EnvironmentRow(), [*chain(*self._flow, *self._bound)], []
+        return EnvironmentRow(), [*chain(*self._flow, *self._bound)], [], []
 
     def probe(self) -> "Surroundings":
         """Return tables of the whole flow with a single moment, for probes; their time is their own."""
-        return Surroundings(self, *self.everything(), 1, 0.0, wp.zeros(1, dtype=wp.float64, device=self.device))
+        return Surroundings(self, self.everything(), 1, 0.0, wp.zeros(1, dtype=wp.float64, device=self.device))
 
 
 def pick(specs: Sequence, rows: list, chosen, numbered: bool = True) -> list:
@@ -218,27 +222,31 @@ def pick(specs: Sequence, rows: list, chosen, numbered: bool = True) -> list:
 class Surroundings:
     """Tables (moments, rows) of what one system feels in a frame; `row` is the one-row array that its kernels take."""
 
-    def __init__(self, environment: Environment, row: EnvironmentRow, flow_rows, force_rows, moment_count, spacing, start_time=None):
-        device = environment.device
+    def __init__(self, environment: Environment, felt: tuple, moment_count: int, spacing: float, start_time=None):
+        device, (row, flow_rows, force_rows, collider_rows) = environment.device, felt
         self.start_time = environment.start_time if start_time is None else start_time
         self._signals, self._moment_count, self._spacing = environment.signals, moment_count, spacing
         self._flow = wp.array(flow_rows, dtype=FlowPrimitive, device=device)
         self._forces = wp.array(force_rows, dtype=forces.ForceField, device=device)
         row.flow = wp.zeros((moment_count, len(flow_rows)), dtype=FlowPrimitive, device=device)
         row.forces = wp.zeros((moment_count, len(force_rows)), dtype=forces.ForceField, device=device)
-        row.colliders = wp.zeros((moment_count, 0), dtype=Collider, device=device)
+        self._colliders = wp.array(collider_rows, dtype=Collider, device=device)
+        row.colliders = wp.zeros((moment_count, len(collider_rows)), dtype=Collider, device=device)
         self.flow, self.forces, self.colliders = row.flow, row.forces, row.colliders
         self.row = wp.array([row], dtype=EnvironmentRow, device=device)
 
-    def change(self, row: EnvironmentRow, flow_rows: list, force_rows: list) -> None:
+    def change(self, row: EnvironmentRow, flow_rows: list, force_rows: list, collider_rows: list) -> None:
         """Take other numbers for the same rows, in place."""
         row.flow, row.forces, row.colliders = self.flow, self.forces, self.colliders
         self.row.assign(wp.array([row], dtype=EnvironmentRow, device=self.row.device))
-        for table, rows in ((self._flow, flow_rows), (self._forces, force_rows)):
+        for table, rows in ((self._flow, flow_rows), (self._forces, force_rows), (self._colliders, collider_rows)):
             if rows:
                 table.assign(wp.array(rows, dtype=table.dtype, device=table.device))
 
-    def stage(self) -> Stage:
-        """Return the stage that fills the tables for the frame under way."""
+    def stages(self) -> Iterator[Stage]:
+        """Yield the stages that fill the tables for the frame under way."""
         inputs = (self.start_time, self._spacing, self._signals, self._flow, self._forces, self.flow, self.forces)
-        return Stage("environment", sample_moments, self._moment_count, inputs)
+        yield Stage("environment", sample_moments, self._moment_count, inputs)
+        if len(self._colliders):
+            inputs = (self.start_time, self._spacing, self._signals, self._colliders, self.colliders)
+            yield Stage("colliders", sample_colliders, self._moment_count, inputs)

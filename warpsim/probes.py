@@ -47,7 +47,7 @@ class FlowProbe:
     def _sample(self, points: np.ndarray, time: float | None) -> np.ndarray:
         """Return the velocity in float64 at points (n, 3)."""
         self._tables.start_time.fill_(self._now() if time is None else float(time))
-        stage = self._tables.stage()
+        stage = next(self._tables.stages())
         wp.launch(stage.kernel, 1, [0, *stage.inputs], device=self._device)
         planar = wp.array(np.ascontiguousarray(points.T, dtype=np.float32), dtype=float, device=self._device)
         velocity = wp.empty_like(planar)

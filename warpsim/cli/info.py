@@ -67,6 +67,7 @@ def _scene_facts(path: Path) -> dict[str, object]:
         "flow": [_entry(entry) for entry in scene.flow],
         "obstacles": [_entry(entry) for entry in scene.obstacles],
         "forces": [_entry(entry) for entry in scene.forces],
+        "colliders": [_entry(entry) for entry in scene.colliders],
         "systems": [_system(name, system) for name, system in scene.systems.items()],
         "controls": [f"{slider.label}: {slider.min:g} to {slider.max:g} ({slider.path})" for slider in scene.sliders],
         "memory": f"about {max(estimate_memory(scene) / GIB, 0.01):.2f} GiB",

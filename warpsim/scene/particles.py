@@ -63,6 +63,7 @@ class Feels(Spec):
         "of an obstacle stands for its own circulation.",
     )
     forces: Selection = Field(True, description="Forces that act: true, false, or a list of names or numbers.")
+    colliders: Selection = Field(True, description="Colliders in its way: true, false, or a list of names or numbers.")
 
 
 class System(Spec):
@@ -87,7 +88,8 @@ class Particles(System):
         None, description="How the flow carries it: {alpha: kg/s}, {viscosity: Pa s}, or tracer (moves with the flow); absent: no effect."
     )
     motion: Literal["dynamic", "ballistic"] = Field(
-        "dynamic", description="dynamic: step by step; ballistic: in closed form under gravity alone, without forces, coupling and solver."
+        "dynamic",
+        description="dynamic: step by step; ballistic: in closed form under gravity alone, without forces, colliders, coupling and solver.",
     )
     emitters: tuple[Emitter, ...] = Field((), max_length=1024, description="Where particles are born.")
 

@@ -6,6 +6,7 @@ import yaml
 
 from warpsim.scene.base import ShortSpec, Spec
 from warpsim.scene.camera import Camera
+from warpsim.scene.colliders import Collider, Course, Motion
 from warpsim.scene.emitters import Burst, Distribution, Emitter, EmitterShape, Rate, Velocity
 from warpsim.scene.expressions import DEEPEST_STACK, FUNCTIONS, LONGEST_PROGRAM
 from warpsim.scene.fields import Slot, bounds_of, choices_of, default_of, forms, keys_of
@@ -35,6 +36,7 @@ _PARTS: tuple[tuple[str, str, tuple[type[Spec], ...]], ...] = (
     ("Flow", "Entries of `flow`, told apart by `type`; their velocities add up.", (FlowPrimitive, Core)),
     ("Obstacles", "Entries of `obstacles`, told apart by `type`; the flow goes round them.", (Obstacle,)),
     ("Forces", "Entries of `forces`, told apart by `type`.", (Force,)),
+    ("Colliders", "Entries of `colliders`, told apart by `type`.", (Collider, Motion, Course)),
     ("Particles", "Entries of `systems` with `type: particles`.", (Particles, Feels, Drag, StokesDrag)),
     ("Emitters", "Entries of `emitters`.", (Emitter, Rate, Burst, Velocity, Distribution)),
     ("Emitter shapes", "What `shape` may be, told apart by `type`.", (EmitterShape,)),

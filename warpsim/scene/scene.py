@@ -6,6 +6,7 @@ from pydantic import Field, model_validator
 
 from warpsim.scene.base import Mistake, Name, Number, Spec, Vec3, WholeNumber, mistakes
 from warpsim.scene.camera import Camera
+from warpsim.scene.colliders import ColliderUnion
 from warpsim.scene.events import event_mistakes
 from warpsim.scene.flow import FlowUnion
 from warpsim.scene.forces import ForceUnion
@@ -44,6 +45,7 @@ class Scene(Spec):
     flow: tuple[FlowUnion, ...] = Field((), max_length=4096, description="Flow primitives; their velocities add up.")
     obstacles: tuple[ObstacleUnion, ...] = Field((), max_length=16, description="Bodies that the flow goes round.")
     forces: tuple[ForceUnion, ...] = Field((), max_length=4096, description="Force fields; they add up.")
+    colliders: tuple[ColliderUnion, ...] = Field((), max_length=256, description="What is in the way of particles.")
     systems: dict[Name, SystemUnion] = Field({}, description="Systems by name; may be empty (a flow to look at and probe).")
     camera: Camera | None = Field(None, description="Where the viewer looks from; absent: chosen to see everything.")
     viewer: Viewing = Field(Viewing(), description="How the viewer shows it.")
@@ -53,17 +55,19 @@ class Scene(Spec):
 
     @model_validator(mode="after")
     def _names_agree(self):
-        found = [mistake for key in ("flow", "obstacles", "forces", "verify") for mistake in repeated_names(key, getattr(self, key))]
+        lists = ("flow", "obstacles", "forces", "colliders", "verify")
+        found = [mistake for key in lists for mistake in repeated_names(key, getattr(self, key))]
         found += _shared_names(self)
         for k, obstacle in enumerate(self.obstacles):
             found += _unknown_entries(("obstacles", k, "answers"), "flow", obstacle.answers, self.flow)
         found += unanswerable(self.obstacles, self.flow)
         for name, system in self.systems.items():
-            for key, entries, also in (("flow", self.flow, self.obstacles), ("forces", self.forces, ())):
-                found += _unknown_entries(("systems", name, "feels", key), key, getattr(system.feels, key), entries, also)
-            if isinstance(system, Particles) and system.motion == "ballistic" and self.forces and system.feels.forces not in (False, ()):
-                message = "motion: ballistic knows gravity only, but the scene has forces (add feels: {forces: false} to ignore them)"
-                found.append(Mistake(("systems", name, "motion"), message, ("forces",)))
+            for key, also in (("flow", self.obstacles), ("forces", ()), ("colliders", ())):
+                found += _unknown_entries(("systems", name, "feels", key), key, getattr(system.feels, key), getattr(self, key), also)
+            for key in ("forces", "colliders") if isinstance(system, Particles) and system.motion == "ballistic" else ():
+                if getattr(self, key) and getattr(system.feels, key) not in (False, ()):
+                    words = f"knows gravity only, but the scene has {key} (add feels: {{{key}: false}} to ignore them)"
+                    found.append(Mistake(("systems", name, "motion"), f"motion: ballistic {words}", (key,)))
         found += event_mistakes(self.systems)
         found += _lost_controls(self) + misfit_oracles(self)
         if found:
@@ -93,7 +97,9 @@ def _lost_controls(scene: Scene) -> list[Mistake]:
         try:
             sliders_of(scene, control)
         except NoSuchNumber as error:
-            found.append(Mistake(("controls", k, "path"), str(error), ("flow", "obstacles", "forces", "systems"), error.suggestion))
+            found.append(
+                Mistake(("controls", k, "path"), str(error), ("flow", "obstacles", "forces", "colliders", "systems"), error.suggestion)
+            )
     return found
 
 

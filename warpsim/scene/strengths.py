@@ -12,6 +12,18 @@ Amount = Annotated[Number, Field(ge=-LARGEST_STRENGTH, le=LARGEST_STRENGTH)]
 Moment = Annotated[Number, Field(ge=-1e7, le=1e7, description="Time [s].")]
 
 
+def rising(keyframes: tuple) -> tuple:
+    """Return pairs of a time and something; raises the error of a validator unless the times strictly rise."""
+    found = [
+        Mistake((k, 0), f"times must rise: {keyframes[k][0]:g} s does not come after {keyframes[k - 1][0]:g} s")
+        for k in range(1, len(keyframes))
+        if keyframes[k][0] <= keyframes[k - 1][0]
+    ]
+    if found:
+        raise mistakes(found)
+    return keyframes
+
+
 class Keyframes(Spec):
     """Values at given times: linear between them, held constant before the first and after the last."""
 
@@ -22,14 +34,7 @@ class Keyframes(Spec):
     @field_validator("keyframes")
     @classmethod
     def _times_rise(cls, value):
-        found = [
-            Mistake((k, 0), f"times must rise: {value[k][0]:g} s does not come after {value[k - 1][0]:g} s")
-            for k in range(1, len(value))
-            if value[k][0] <= value[k - 1][0]
-        ]
-        if found:
-            raise mistakes(found)
-        return value
+        return rising(value)
 
 
 class SineWave(Spec):

@@ -79,7 +79,7 @@ class Particles:
 
     def stages(self, native: bool) -> Iterator[Stage]:
         """Yield the frame's stages; nothing here waits for the device."""
-        yield self.surroundings.stage()
+        yield from self.surroundings.stages()
         yield from self.emission.stages(self.newborn, lifecycle_loops.emit_particles)
         yield from self.events.stages(native, self.newborn, "birth")
         plain, loop = self.method.kernels()

@@ -1,0 +1,80 @@
+"""Colliders on the device: a row of numbers each, their courses as signals, and the triangles of meshes."""
+
+import numpy as np
+import warp as wp
+
+from warpsim.kernels import collider
+from warpsim.meshes import TriangleMesh, load_mesh
+from warpsim.scene import Scene, SceneError
+from warpsim.scene.colliders import Course
+from warpsim.scene.problems import Problem
+from warpsim.scene.strengths import Keyframes
+
+KINDS = {"plane": collider.PLANE, "sphere": collider.SPHERE, "box": collider.BOX, "capsule": collider.CAPSULE, "mesh": collider.MESH}
+
+
+class Colliders:
+    """The rows of a scene's colliders; meshes are read and built once, the rest may change while it runs.
+
+    Raises SceneError for a mesh that cannot be used.
+    """
+
+    def __init__(self, scene: Scene, device: str):
+        self._meshes = {k: built(mesh_of(spec, k), device) for k, spec in enumerate(scene.colliders) if spec.type == "mesh"}
+
+    def rows(self, scene: Scene, table) -> list[collider.Collider]:
+        """Return the rows; their courses are added to the table of signals."""
+        return [self._row(k, spec, table) for k, spec in enumerate(scene.colliders)]
+
+    def _row(self, k: int, spec, table) -> collider.Collider:
+        row = collider.Collider()
+        row.kind, row.action, row.inside = KINDS[spec.type], collider.ACTIONS[spec.action], int(getattr(spec, "side", "") == "inside")
+        row.restitution, row.friction, row.moves = spec.restitution, spec.friction, int(spec.motion is not None)
+        row.center_signal = course_signals(getattr(spec.motion, "center", None) or spec.center, table)
+        row.rotation_signal = course_signals(getattr(spec.motion, "rotation", None) or spec.rotation, table)
+        row.radius = getattr(spec, "radius", 0.0)
+        match spec.type:
+            case "plane":
+                row.axis = wp.normalize(wp.vec3(*spec.normal))
+            case "sphere":
+                row.reach = spec.radius
+            case "box":
+                row.half, row.reach = wp.vec3(*(0.5 * edge for edge in spec.size)), 0.5 * max(spec.size)
+            case "capsule":
+                row.axis = wp.vec3(*(0.5 * (b - a) for a, b in zip(spec.start, spec.end, strict=True)))
+                row.reach = spec.radius + max(map(abs, row.axis))
+            case "mesh":
+                low, high = self._meshes[k].points.numpy().min(axis=0), self._meshes[k].points.numpy().max(axis=0)
+                row.mesh, row.radius = wp.uint64(self._meshes[k].id), 0.5 * (spec.thickness or 0.0)
+                row.middle, row.half = wp.vec3(*(0.5 * (low + high)).tolist()), wp.vec3(*(0.5 * (high - low)).tolist())
+                row.reach = float(max(np.abs(low).max(), np.abs(high).max()))
+        return row
+
+
+def mesh_of(spec, place: int) -> TriangleMesh:
+    """Return a collider's surface [m]. Raises SceneError for a file that cannot be used, or an open surface without a thickness."""
+    where = f"colliders.{place}"
+    mesh = load_mesh(spec.file.path, f"{where}.file", spec.scale)
+    if not mesh.closed and spec.thickness is None:
+        words = f"{spec.file} is open ({mesh.open_edges} of its edges do not lie between two triangles), so that it has no inside"
+        raise SceneError(
+            [Problem(f"{words}: mend it, or give thickness: [m], which makes it a sheet with two sides", path=f"{where}.file")]
+        )
+    if spec.thickness is not None and spec.side == "inside":
+        raise SceneError([Problem("a sheet has no inside: leave thickness or side out", path=f"{where}.side")])
+    return mesh
+
+
+def built(mesh: TriangleMesh, device: str) -> wp.Mesh:
+    """Return the surface on the device, with the tree that its queries walk."""
+    points = wp.array(mesh.vertices, dtype=wp.vec3, device=device)
+    return wp.Mesh(points, wp.array(mesh.triangles.reshape(-1), dtype=int, device=device))
+
+
+def course_signals(course, table) -> wp.vec3i:
+    """Add the three components of a place or of angles, constant or in time, to the signals."""
+    if isinstance(course, Course):
+        components = [Keyframes(keyframes=tuple((t, place[c]) for t, place in course.keyframes)) for c in range(3)]
+    else:
+        components = course
+    return wp.vec3i(*(table.add(component) for component in components))
