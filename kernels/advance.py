@@ -2,8 +2,8 @@
 
 import warp as wp
 
-from warpsim.kernels.collision import Passage, Span, approaches, cross_colliders, ride
-from warpsim.kernels.emission import ACTIVE, FAULT, KILLED, PUSHED, Particles
+from warpsim.kernels.emission import ACTIVE, FAULT, KILLED, Particles
+from warpsim.kernels.encounter import age_after, meet_colliders, near_colliders
 from warpsim.kernels.environment import KILL, Environment, drag_rate
 from warpsim.kernels.integration import METHODS, Body, Pace, ballistic_position, drift, inside
 from warpsim.kernels.lifetime import active_step, age_at
@@ -35,6 +35,9 @@ def store_past(i: int, body: Body, particles_out: Particles):
     particles_out.history_count[i] = body.kept
 
 
+AMONG_COLLIDERS = "_among_colliders"  # ends the names of the kernels that know of them
+
+
 @wp.func
 def gather_body(i: int, frame: int, pace: Pace, environment: Environment, particles: Particles) -> Body:
     """Return the particle in slot i as a body at the launch's beginning."""
@@ -58,81 +61,9 @@ def gather_body(i: int, frame: int, pace: Pace, environment: Environment, partic
 
 
 @wp.func(inline=True)
-def age_after(age: float, s: int, pace: Pace) -> float:
-    """Return the age at the end of substep s [s], from that at the frame's end."""
-    return age - float(pace.substep_count - 1 - s) * pace.dt
-
-
-@wp.func(inline=True)
 def living_step(age: float, lifetime: float, dead: int, s: int, pace: Pace) -> float:
     """Return the part of substep s in which a body lives [s]; age is that at the frame's end."""
     return active_step(age_after(age, s, pace), pace.dt, wp.where(dead == 1, 0.0, lifetime))
-
-
-@wp.func
-def write_impact(i: int, ago: float, passage: Passage, particles_inout: Particles):
-    """Note the frame's first impact of the particle in slot i, `ago` before the frame's end [s], and count all."""
-    if particles_inout.impact[9, i] < 0.0:
-        for axis in range(3):
-            particles_inout.impact[axis, i] = passage.impact_x[axis]
-            particles_inout.impact[3 + axis, i] = passage.impact_v[axis]
-            particles_inout.impact[6 + axis, i] = passage.impact_normal[axis]
-        particles_inout.impact[9, i] = ago
-    particles_inout.impact_count[i] = particles_inout.impact_count[i] + passage.impacts
-
-
-@wp.func
-def near_colliders(
-    i: int, s: int, h: float, x0: wp.vec3, v0: wp.vec3, body: Body, pace: Pace, environment: Environment, p: Particles
-) -> int:
-    """Return 1 if the particle in slot i may touch a collider on its way from (x0, v0) to the body's place, or sticks to one."""
-    if environment.colliders.shape[1] == 0 or not h > 0.0:
-        return 0
-    if p.contact.shape[0] > 0:
-        if p.contact[i] > 0:
-            return 1
-    return approaches(environment.colliders, 2 * s, pace.dt, x0, v0, body.x, body.v, h)
-
-
-@wp.func
-def meet_colliders(
-    i: int,
-    s: int,
-    h: float,
-    age: float,
-    x0: wp.vec3,
-    v0: wp.vec3,
-    x1: wp.vec3,
-    v1: wp.vec3,
-    pace: Pace,
-    environment: Environment,
-    particles_inout: Particles,
-    counters_inout: wp.array[wp.int64],
-) -> Passage:
-    """Return how the particle in slot i, alive for h of substep s, gets past the colliders; note what it sticks to and its impacts."""
-    older = age_after(age, s, pace)
-    span = Span()
-    span.moment = 2 * s
-    span.begin = wp.clamp(1.0 - older / pace.dt, 0.0, 1.0)  # born on the way: the colliders have moved already
-    span.rate = 1.0 / pace.dt
-    span.dt = pace.dt
-    span.h = h
-    sticks = particles_inout.contact.shape[0] > 0
-    if sticks:
-        if particles_inout.contact[i] > 0:
-            return ride(environment.colliders, span, particles_inout.contact[i] - 1, 0.0, x0)
-    newborn = wp.where(older < 1.001 * pace.dt, 1, 0)
-    passage = cross_colliders(environment.colliders, span, x0, v0, x1, v1, environment.tracer, newborn)
-    if sticks:
-        particles_inout.contact[i] = passage.stuck
-    if passage.dead == 1:
-        particles_inout.lifetime[i] = older - pace.dt * (1.0 - span.begin) + passage.time
-    if passage.pushed == 1:
-        wp.atomic_add(counters_inout, PUSHED, wp.int64(1))
-    if particles_inout.impact.shape[0] > 0 and passage.impacts > 0:
-        ago = float(pace.substep_count - s) * pace.dt - span.begin * pace.dt - passage.impact_time
-        write_impact(i, ago, passage, particles_inout)
-    return passage
 
 
 @wp.func
@@ -157,7 +88,56 @@ def store_body(
     particles_out.alive[i] = alive
 
 
-def frame_loop(feel, step):
+@wp.func
+def pass_freely(
+    i: int,
+    s: int,
+    h: float,
+    x0: wp.vec3,
+    v0: wp.vec3,
+    body: Body,
+    pace: Pace,
+    environment: Environment,
+    particles: Particles,
+    counters: wp.array[wp.int64],
+) -> Body:
+    """Return the body as it is after its substep: there are no colliders."""
+    return body
+
+
+def passing(feel):
+    """Make what comes after a substep among colliders, for one method."""
+
+    @wp.func
+    def pass_colliders(
+        i: int,
+        s: int,
+        h: float,
+        x0: wp.vec3,
+        v0: wp.vec3,
+        body: Body,
+        pace: Pace,
+        environment: Environment,
+        particles_inout: Particles,
+        counters_inout: wp.array[wp.int64],
+    ) -> Body:
+        """Return the body in slot i, on its way from (x0, v0), past the colliders; what it feels where it was thrown is felt anew."""
+        if s == 0 and particles_inout.impact.shape[0] > 0:
+            particles_inout.impact[9, i] = -1.0  # none yet in this frame
+        if near_colliders(i, s, h, x0, v0, body, pace, environment, particles_inout) == 1:
+            passage = meet_colliders(i, s, h, body.age, x0, v0, body.x, body.v, pace, environment, particles_inout, counters_inout)
+            body.x = passage.x
+            body.v = passage.v
+            body.dead = passage.dead
+            if passage.hits > 0:
+                body.kept = 0
+                body = feel(body, 2 * s + 2, environment)
+        return body
+
+    return pass_colliders
+
+
+def frame_loop(feel, step, meet):
     """Make the loop over a launch's substeps for one method."""
 
     @wp.func
@@ -165,22 +145,13 @@ def frame_loop(feel, step):
         i: int, frame: int, pace: Pace, environment: Environment, particles_inout: Particles, counters_inout: wp.array[wp.int64]
     ) -> Body:
         """Return the body in slot i after the launch's substeps."""
-        if particles_inout.impact.shape[0] > 0 and pace.first == 0:
-            particles_inout.impact[9, i] = -1.0  # no impact yet
         body = feel(gather_body(i, frame, pace, environment, particles_inout), 2 * pace.first, environment)
         for s in range(pace.first, pace.last):
             h = living_step(body.age, body.lifetime, body.dead, s, pace)
             x0 = body.x
             v0 = body.v
             body = step(body, s, h, environment)
-            if near_colliders(i, s, h, x0, v0, body, pace, environment, particles_inout) == 1:
-                passage = meet_colliders(i, s, h, body.age, x0, v0, body.x, body.v, pace, environment, particles_inout, counters_inout)
-                body.x = passage.x
-                body.v = passage.v
-                body.dead = passage.dead
-                if passage.hits > 0:
-                    body.kept = 0
-                    body = feel(body, 2 * s + 2, environment)
+            body = meet(i, s, h, x0, v0, body, pace, environment, particles_inout, counters_inout)
         return body
 
     return advance_body
@@ -208,7 +179,9 @@ def advance_kernel(name, loop):
     return advance_particles
 
 
-LOOPS = {name: frame_loop(feel, step) for name, (feel, step) in METHODS.items()}
+LOOPS = {name: frame_loop(feel, step, pass_freely) for name, (feel, step) in METHODS.items()}
+# Apart, because contact takes longer to compile than all the rest.
+LOOPS |= {name + AMONG_COLLIDERS: frame_loop(feel, step, passing(feel)) for name, (feel, step) in METHODS.items()}
 ADVANCE = {name: advance_kernel(name, loop) for name, loop in LOOPS.items()}
 
 

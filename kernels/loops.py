@@ -8,10 +8,11 @@ vector width and for the plain kernels. Empty for CUDA. Measured in docs/adr/000
 
 import warp as wp
 
-from warpsim.kernels.advance import LOOPS, advance_flight, living_step, meet_colliders, store_body
+from warpsim.kernels.advance import AMONG_COLLIDERS, LOOPS, advance_flight, living_step, store_body
 from warpsim.kernels.collider import into_frame
 from warpsim.kernels.contact import CLEARANCES, path_reach
 from warpsim.kernels.emission import ACTIVE, FAULT, KILLED, LIVE, Particles
+from warpsim.kernels.encounter import meet_colliders
 from warpsim.kernels.environment import KILL, Environment, drag_rate
 from warpsim.kernels.flow import FLOWS
 from warpsim.kernels.forces import FORCES
@@ -52,8 +53,7 @@ PROLOGUE = """
     float X[3][B], V[3][B], U[3][B], A[3][B], I[3][B], XB[3][B], VB[3][B], X0[3][B], V0[3][B], DX[3][B], DV[3][B];
     float H[B], K[B], W[B], age[B], life[B];
     int dead[B], kept[B], near[B];
-MEMORY    const int coupled = particles.internal.shape[0] > 0;
-    const int meets = environment.colliders.shape[1] > 0, sticks = particles.contact.shape[0] > 0;
+MEMORY    const int coupled = particles.internal.shape[0] > 0, sticks = particles.contact.shape[0] > 0;
     #define GET(F) vec(F[0][i], F[1][i], F[2][i])
     #define PUT(F, value) { const vec r = value; F[0][i] = r[0]; F[1][i] = r[1]; F[2][i] = r[2]; }
     #define EACH(...) for (int i = 0; i < B; ++i) { const float h = H[i], k = K[i]; __VA_ARGS__ }
@@ -82,7 +82,6 @@ MEMORY    const int coupled = particles.internal.shape[0] > 0;
             K[i] = $drag_rate(environment.alpha, environment.viscosity, particles.radius.data[b + i], W[i]);
             dead[i] = pace.first > 0 ? 1 - alive[b + i] : 0;
         }
-        if (particles.impact.shape[0] > 0 && pace.first == 0) for (int i = 0; i < n; ++i) particles.impact.data[b + i + 9 * S] = -1.0f;
         if (coupled) for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) I[c][i] = particles.internal.data[b + i + c * S];
 RECALL"""
 FORCE_LAMBDA = """auto force = [&](int moment) {
@@ -96,10 +95,12 @@ FORCE_LAMBDA = """auto force = [&](int moment) {
 SUBSTEPS = """
         for (int s = pace.first; s < pace.last; ++s) {
             for (int i = 0; i < B; ++i) H[i] = $living_step(age[i], life[i], dead[i], s, pace);
-            if (meets) for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) { XB[c][i] = X[c][i]; VB[c][i] = V[c][i]; }
+BEGIN_CONTACTS"""
+BEGIN_CONTACTS = """
+            for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) { XB[c][i] = X[c][i]; VB[c][i] = V[c][i]; }
 """
 CONTACTS = """
-            if (meets) {
+            {
                 for (int i = 0; i < B; ++i) near[i] = 0;
                 for (int j = 0; j < environment.colliders.shape[1]; ++j) {
                     const auto *q = environment.colliders.data + 2 * s * environment.colliders.shape[1] + j;
@@ -107,6 +108,7 @@ CONTACTS = """
                     switch (c.kind) { NEAR_CASES }
                 }
                 int hits = 0;
+                if (s == 0 && particles.impact.shape[0] > 0) for (int i = 0; i < n; ++i) particles.impact.data[b + i + 9 * S] = -1.0f;
                 for (int i = 0; i < n; ++i) {
                     if (!(H[i] > 0.0f) || !(near[i] || (sticks && particles.contact.data[b + i]))) continue;
                     const vec x0 = GET(XB), v0 = GET(VB), x1 = GET(X), v1 = GET(V);
@@ -183,13 +185,16 @@ MULTISTEP_TEXTS, PAST = multistep_texts()
 TEXTS |= MULTISTEP_TEXTS
 MACROS = ("GET", "PUT", "ADD", "EACH", "FLOW", "FORCE", "NEAR")
 FORMULAS = (*FLOWS.values(), *FORCES.values(), age_at, drag_rate, living_step, inside, kick, drift)
+CONTACT_FORMULAS = (*CLEARANCES.values(), into_frame, path_reach, meet_colliders)
 FORMULAS += (*vars(KIT.glides).values(), KIT.whole_step, *(form.start for form in FORMS.values()))
 
 
-def advance_text(name: str) -> str:
-    """Assemble the loop of one method."""
+def advance_text(loop: str) -> str:
+    """Assemble the loop of one method, free or among colliders."""
+    name, among = loop.removesuffix(AMONG_COLLIDERS), loop.endswith(AMONG_COLLIDERS)
     feel, step = TEXTS[name]
-    text = PROLOGUE + feel.replace("(m)", "(2 * pace.first)") + SUBSTEPS + step + CONTACTS + EPILOGUE
+    text = PROLOGUE + feel.replace("(m)", "(2 * pace.first)") + SUBSTEPS + step + (CONTACTS if among else "") + EPILOGUE
+    text = text.replace("BEGIN_CONTACTS", BEGIN_CONTACTS if among else "")
     past = PAST.get(name, 0)
     for place, part in {"MEMORY": DECLARATIONS, "RECALL": LOAD, "STORE_PAST": STORE}.items():
         text = text.replace(place, part.replace("PAST", str(past)) if past else DECLARATIONS if place == "MEMORY" else "")
@@ -197,7 +202,8 @@ def advance_text(name: str) -> str:
     text = text.replace("FORCE_LAMBDA", FORCE_LAMBDA if "force(" in step else "")  # a tracer's plain loop calls no force
     text = text.replace("FLOW_CASES", cases(FLOWS.values(), "FLOW")).replace("FORCE_CASES", cases(FORCES.values(), "FORCE"))
     text = text.replace("NEAR_CASES", cases(CLEARANCES.values(), "NEAR", "c"))
-    return snippet(text.replace("\n    #define", "\n#define"), *FORMULAS) + "".join(f"#undef {macro}\n" for macro in MACROS)
+    formulas = (*FORMULAS, *(CONTACT_FORMULAS if among else ()))
+    return snippet(text.replace("\n    #define", "\n#define"), *formulas) + "".join(f"#undef {macro}\n" for macro in MACROS)
 
 
 def advance_loop(name, loop):

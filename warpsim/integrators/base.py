@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import warp as wp
 
+from warpsim.environment import Surroundings
 from warpsim.kernels import advance, loops
 
 
@@ -26,6 +27,7 @@ class Integrator(ABC):
     """Drives at earlier substeps that it keeps of each particle."""
 
     @classmethod
-    def kernels(cls) -> tuple[wp.Kernel, wp.Kernel]:
-        """Return the plain kernel and the native loop."""
-        return advance.ADVANCE[cls.name], loops.ADVANCE[cls.name]
+    def kernels(cls, surroundings: Surroundings) -> tuple[wp.Kernel, wp.Kernel]:
+        """Return the plain kernel and the native loop for who moves in these surroundings."""
+        name = cls.name + (advance.AMONG_COLLIDERS if surroundings.colliders.shape[1] else "")
+        return advance.ADVANCE[name], loops.ADVANCE[name]

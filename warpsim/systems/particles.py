@@ -82,7 +82,7 @@ class Particles:
         yield from self.surroundings.stages()
         yield from self.emission.stages(self.newborn, lifecycle_loops.emit_particles)
         yield from self.events.stages(native, self.newborn, "birth")
-        plain, loop = self.method.kernels()
+        plain, loop = self.method.kernels(self.surroundings)
         states = (self.newborn, self.particles) if self.newborn is not self.particles else (self.particles,)
         inputs = (self.pace, self._clock, self.surroundings.row, *states, self.population.counters)
         yield Stage("advance", plain, self.population.capacity, inputs, loop)
