@@ -137,7 +137,7 @@ def passing(feel):
     return pass_colliders
 
 
-def frame_loop(feel, step, meet):
+def frame_loop(feel, step, pass_colliders):
     """Make the loop over a launch's substeps for one method."""
 
     @wp.func
@@ -151,7 +151,7 @@ def frame_loop(feel, step, meet):
             x0 = body.x
             v0 = body.v
             body = step(body, s, h, environment)
-            body = meet(i, s, h, x0, v0, body, pace, environment, particles_inout, counters_inout)
+            body = pass_colliders(i, s, h, x0, v0, body, pace, environment, particles_inout, counters_inout)
         return body
 
     return advance_body

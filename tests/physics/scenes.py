@@ -13,14 +13,15 @@ def emitter(count: int | None = None, at: float = 0.0, **keys) -> dict:
     return {"shape": POINT, "lifetime": 1e6, "mass": 1.0, **burst, **keys}
 
 
-def scene(
-    *emitters, fps=60, substeps=4, seed=1, prewarm=0.0, gravity=(0, 0, 0), flow=(), obstacles=(), forces=(), limits=None, **system
-) -> warpsim.Scene:
-    """A scene of one particle system."""
-    particles = {"type": "particles", "capacity": 10_000, "emitters": list(emitters), **system}
+LISTS = ("flow", "obstacles", "forces", "colliders")
+
+
+def scene(*emitters, fps=60, substeps=4, seed=1, prewarm=0.0, gravity=(0, 0, 0), limits=None, **keys) -> warpsim.Scene:
+    """A scene of one particle system; keys are the scene's lists, the rest is the system's."""
+    lists = {key: list(keys.pop(key, ())) for key in LISTS}
+    particles = {"type": "particles", "capacity": 10_000, "emitters": list(emitters), **keys}
     document = {"name": "law", "seed": seed, "time": {"fps": fps, "substeps": substeps, "prewarm": prewarm}}
-    document |= {"gravity": gravity, "flow": list(flow), "forces": list(forces), "systems": {"p": particles}}
-    document |= {"obstacles": list(obstacles), "limits": limits or {}}
+    document |= {"gravity": gravity, "limits": limits or {}, "systems": {"p": particles}} | lists
     return warpsim.Scene.model_validate(document)
 
 

@@ -126,7 +126,8 @@ def test_parts_and_plain_kernels_share_their_bits(fill, tmp_path, monkeypatch):
 
 def test_an_open_mesh_is_not_filled_but_emits_from_its_surface(tmp_path):
     path = surfaces.write_obj(tmp_path / "m.obj", surfaces.block([0, 0, 0], [1, 1, 1])[:-1])
-    with pytest.raises(SceneError, match=r"systems\.p\.emitters\.0\.shape\.fill: an open mesh encloses nothing: 3 of its edges .*fill: surface"):
+    words = r"systems\.p\.emitters\.0\.shape\.fill: an open mesh encloses nothing: 3 of its edges .*fill: surface"
+    with pytest.raises(SceneError, match=words):
         born(path, 10)
     assert len(born(path, 10, fill="surface")) == 10
 
