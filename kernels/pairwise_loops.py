@@ -67,8 +67,6 @@ ACCUMULATE = """
     const auto* law = laws.data + (size_t)laws.shape[1] * s;
     const int *start = grid.begin.data, nobody = start[total];
     const double across = layout.edges, along = layout.edges * (double)FINE;
-    float reach2 = 0.0f;  // no law acts beyond it
-    for (int n = 0; n < law_count; ++n) reach2 = law[n].radius * law[n].radius > reach2 ? law[n].radius * law[n].radius : reach2;
     float X[3][B], F[3][B], D[3][B], D2[B], G[B];
     int C[B];
     #define LANES for (int l = 0; l < B; ++l)
@@ -76,14 +74,11 @@ ACCUMULATE = """
     auto scan = [&](int from, int to) {
         for (int j = from; j < to; ++j) {
             const float x = PX[j], y = PY[j], z = PZ[j];
-            int near = 0;
             LANES {
                 D[0][l] = x - X[0][l]; D[1][l] = y - X[1][l]; D[2][l] = z - X[2][l];
                 D2[l] = D[0][l] * D[0][l] + D[1][l] * D[1][l] + D[2][l] * D[2][l];
                 G[l] = 0.0f;
-                near |= D2[l] < reach2;
             }
-            if (!near) continue;
             for (int n = 0; n < law_count; ++n) {
                 const auto& q = law[n];
                 switch (q.kind) { LAW_CASES }
