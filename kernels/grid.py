@@ -15,7 +15,7 @@ from warpsim.kernels.planar import read3
 
 FINE = 4  # cells per reach along a row: a run is 2.25 reaches long, not 3
 ALONG = wp.constant(wp.float64(FINE))  # Warp gives a constant one type per function
-SLACK = wp.constant(wp.float64(1.0 + 2.0**-16))  # cells are longer than the reach by more than all roundings of distances and cells
+SLACK = 1.0 + 2.0**-16  # cells are longer than the reach by more than all roundings of distances and cells
 FARTHEST = wp.constant(wp.float64(2.0**29))  # cells beyond this one count as the last [edges]
 LEAST_BITS, MOST_BITS = 10, 28
 LONGEST_RUN = 56  # buckets; the strides keep nine runs of this length apart
@@ -84,10 +84,12 @@ def finite(x: wp.vec3) -> int:
 
 
 @wp.kernel(enable_backward=False)
-def mark_keys(first: int, counters: wp.array[wp.int64], bucket: wp.array[int], key_out: wp.array[int], order_out: wp.array[int]):
-    """Prepare the device's own stable sort: the key of a slot is its bucket, beyond all of them if it is empty."""
+def mark_keys(
+    first: int, beyond: int, counters: wp.array[wp.int64], bucket: wp.array[int], key_out: wp.array[int], order_out: wp.array[int]
+):
+    """Prepare the device's own stable sort: the key of a slot is its bucket, `beyond` all of them if it is empty."""
     i = first + wp.tid()
-    key_out[i] = wp.where(wp.int64(i) < counters[ACTIVE], bucket[i], 2147483647)
+    key_out[i] = wp.where(wp.int64(i) < counters[ACTIVE], bucket[i], beyond)
     order_out[i] = i
 
 

@@ -130,7 +130,7 @@ def sort_range(
 
 
 @wp.kernel(enable_backward=False)
-def sort_groups(part: int, part_count: int, counters: wp.array[wp.int64], sorting_inout: Sorting, grid_out: Grid):
+def sort_groups(part: int, part_count: int, counters: wp.array[wp.int64], grid_out: Grid, sorting_inout: Sorting):
     """Sort one part of the groups."""
     mine = part + wp.tid()
     active = int(counters[ACTIVE])

@@ -124,12 +124,12 @@ def sample_pair_laws(
 
 
 @wp.func
-def pair_bucket(i: int, frame: int, pace: Pace, particles: Particles, layout: Layout) -> int:
-    """Return the bucket of the particle in slot i; one that does not live through the whole substep neither acts nor feels."""
+def pair_bucket(i: int, frame: int, pace: Pace, moved: int, particles: Particles, layout: Layout) -> int:
+    """Return the bucket of the particle in slot i; one that does not live through the whole of substep pace.first takes no part."""
     x = read3(particles.position, i)
     age = age_at(frame, particles.birth_frame[i], particles.birth_age[i], pace.fps)
     dead = int(0)
-    if pace.first > 0:
+    if moved == 1:
         dead = 1 - particles.alive[i]
     h = living_step(age, particles.lifetime[i], dead, pace.first, pace)
     if h >= WHOLE * pace.dt and finite(x) == 1:
@@ -139,13 +139,13 @@ def pair_bucket(i: int, frame: int, pace: Pace, particles: Particles, layout: La
 
 @wp.kernel(enable_backward=False)
 def mark_buckets(
-    first: int, pace: Pace, clock: wp.array[wp.int64], particles: Particles, counters: wp.array[wp.int64], grid_out: Grid
+    first: int, pace: Pace, moved: int, clock: wp.array[wp.int64], particles: Particles, counters: wp.array[wp.int64], grid_out: Grid
 ):
-    """Note every active particle's bucket at the beginning of substep pace.first."""
+    """Note every active particle's bucket; moved = 1: the frame has begun, and `alive` says who was killed in it."""
     i = first + wp.tid()
     active = int(counters[ACTIVE])
     if i < active:
-        grid_out.bucket[i] = pair_bucket(i, int(clock[0]), pace, particles, layout_for(grid_out, active))
+        grid_out.bucket[i] = pair_bucket(i, int(clock[0]), pace, moved, particles, layout_for(grid_out, active))
 
 
 @wp.func
@@ -191,3 +191,11 @@ def accumulate_pairs(
         if k < grid.begin[int(layout.mask) + 1]:
             a = sum_pairs(k, s, laws, grid, sorted, layout) * (1.0 / mass[grid.order[k]])
         write3(internal_out, grid.order[k], a)
+
+
+@wp.kernel(enable_backward=False)
+def kick_pairs(first: int, h: float, counters: wp.array[wp.int64], internal: wp.array2d[float], velocity_inout: wp.array2d[float]):
+    """Let the neighbors act for a time h [s], v ← v + h a: half a kick of Verlet's, or the two halves that meet between substeps."""
+    i = first + wp.tid()
+    if wp.int64(i) < counters[ACTIVE]:
+        write3(velocity_inout, i, read3(velocity_inout, i) + read3(internal, i) * h)

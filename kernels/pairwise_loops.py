@@ -27,7 +27,7 @@ MARK = """
     #pragma clang loop vectorize(assume_safety)
     for (int i = begin; i < end; ++i) {
         const vec x(P[i], P[i + S], P[i + 2 * S]);
-        const int dead = pace.first > 0 ? 1 - alive[i] : 0;
+        const int dead = moved ? 1 - alive[i] : 0;
         const float h = $living_step($age_at(frame, birth_frame[i], birth_age[i], pace.fps), L[i], dead, pace.first, pace);
         const int takes_part = (h >= @WHOLE@ * pace.dt) & $finite(x);
         const vec y(takes_part ? x[0] : 0.0f, takes_part ? x[1] : 0.0f, takes_part ? x[2] : 0.0f);
@@ -38,10 +38,10 @@ MARK = """
 
 
 @wp.func_native(snippet(MARK, age_at, living_step, finite, bucket_at))
-def mark_range(begin: int, end: int, frame: int, pace: Pace, particles: Particles, layout: Layout, bucket: wp.array[int]):
+def mark_range(begin: int, end: int, frame: int, pace: Pace, moved: int, particles: Particles, layout: Layout, bucket: wp.array[int]):
     """Note the buckets of the particles in the slots begin … end − 1."""
     for i in range(begin, end):
-        bucket[i] = pair_bucket(i, frame, pace, particles, layout)
+        bucket[i] = pair_bucket(i, frame, pace, moved, particles, layout)
 
 
 @wp.kernel(enable_backward=False)
@@ -49,6 +49,7 @@ def mark_buckets(
     part: int,
     part_count: int,
     pace: Pace,
+    moved: int,
     clock: wp.array[wp.int64],
     particles: Particles,
     counters: wp.array[wp.int64],
@@ -57,7 +58,7 @@ def mark_buckets(
     """Note the buckets of one part of the active particles."""
     active = int(counters[ACTIVE])
     cut = share(part + wp.tid(), part_count, active)
-    mark_range(cut[0], cut[1], int(clock[0]), pace, particles, layout_for(grid_out, active), grid_out.bucket)
+    mark_range(cut[0], cut[1], int(clock[0]), pace, moved, particles, layout_for(grid_out, active), grid_out.bucket)
 
 
 ACCUMULATE = """

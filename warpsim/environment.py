@@ -9,7 +9,7 @@ import warp as wp
 
 from warpsim.colliders import Colliders
 from warpsim.images import CylinderImages, answered
-from warpsim.kernels import expressions, flow, forces, signals
+from warpsim.kernels import expressions, flow, forces, pairwise, signals
 from warpsim.kernels.collider import Collider, sample_colliders
 from warpsim.kernels.environment import UNSTABLE_POLICIES, sample_moments
 from warpsim.kernels.environment import Environment as EnvironmentRow
@@ -147,6 +147,15 @@ def force_row(spec, table: SignalTable) -> forces.ForceField:
     return row
 
 
+def law_row(spec, table: SignalTable) -> pairwise.PairLaw:
+    """Make the row of a force between particles."""
+    row = pairwise.PairLaw()
+    row.kind = list(pairwise.PAIR_LAWS).index(spec.law)
+    row.radius, row.inverse_radius, row.softening = spec.radius, 1.0 / spec.radius, spec.softening
+    row.signal = strength_signals(spec.strength, table)
+    return row
+
+
 def strength_signals(strength, table: SignalTable) -> wp.vec3i:
     """Add a strength, of one or three components, to the signals."""
     components = strength if isinstance(strength, tuple) else (strength,)
@@ -170,7 +179,8 @@ class Environment:
         for place, spec in enumerate(scene.flow):
             self._flow.append(answered(flow_row(spec, table), [obstacle for obstacle in scene.obstacles if answers(obstacle, place, spec)]))
         self._bound = [bound_rows(spec, table) for spec in scene.obstacles]
-        self._forces = [force_row(spec, table) for spec in scene.forces]
+        self._forces = [[] if spec.type == "pairwise" else [force_row(spec, table)] for spec in scene.forces]
+        self._laws = [[law_row(spec, table)] if spec.type == "pairwise" else [] for spec in scene.forces]
         self._colliders = self._solids.rows(scene, table)
         return table
 
@@ -199,8 +209,12 @@ class Environment:
         row.extent, row.policy = self.scene.limits.extent, UNSTABLE_POLICIES[self.scene.limits.unstable]
         felt = False if coupling is None else feels.flow
         groups = [*pick(self.scene.flow, self._flow, felt), *pick(self.scene.obstacles, self._bound, felt, numbered=False)]
-        felt_forces = pick(self.scene.forces, self._forces, feels.forces)
+        felt_forces = [*chain(*pick(self.scene.forces, self._forces, feels.forces))]
         return row, [*chain(*groups)], felt_forces, pick(self.scene.colliders, self._colliders, feels.colliders)
+
+    def laws(self, feels) -> list:
+        """Return the rows of the forces between particles that act within one system."""
+        return [*chain(*pick(self.scene.forces, self._laws, feels.forces))]
 
     def everything(self) -> tuple[EnvironmentRow, list, list, list]:
         """Return what a probe feels: the whole flow."""

@@ -6,12 +6,14 @@ import os
 from warpsim.scene import Scene, SceneError
 from warpsim.scene.assets import assets_of
 from warpsim.scene.events import events_of, has_colors
+from warpsim.scene.forces import felt_pairs
 from warpsim.scene.obstacles import answers
 from warpsim.scene.particles import MULTISTEP_SOLVERS
 
 BYTES_PER_PARTICLE = 60  # fields (52), flag of the living, and the place in a snapshot's index; a test holds it to the population's own
 BYTES_PER_PRIMITIVE = 256  # one row of a table of flow or forces
 BYTES_PER_EVENT = 56  # a row of the log of a kind of event, and its place in the prefix sum
+BYTES_PER_NEIGHBOR = 64  # the grid, places in its order, and what neighbors do
 TABLE_PER_FILE = 8  # bytes of a mesh's table per byte of its file: 44 and more per triangle, of which a binary file spends 19
 BYTES_PER_SEGMENT = 40  # a run of births within a frame
 GIB = 1 << 30
@@ -32,6 +34,7 @@ def estimate_memory(scene: Scene) -> int:
         heard = events_of(name, scene.systems)
         more += 4 * has_colors(system) + 8 * bool(heard)
         total += BYTES_PER_EVENT * system.capacity * len(heard)
+        total += BYTES_PER_NEIGHBOR * (system.capacity + 1024) * bool(felt_pairs(scene.forces, system.feels.forces))
         total += 3 * system.capacity * (BYTES_PER_PARTICLE + more)  # the state, that of frame 0, and the last good one
         total += sum(asset.path.stat().st_size * TABLE_PER_FILE for asset in assets_of(system.emitters))
         total += sum(BYTES_PER_SEGMENT * pieces(emitter, scene.time.fps) for emitter in system.emitters)

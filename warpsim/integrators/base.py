@@ -26,6 +26,9 @@ class Integrator(ABC):
     past: ClassVar[int] = 0
     """Drives at earlier substeps that it keeps of each particle."""
 
+    splits_pairs: ClassVar[bool] = False
+    """Whether forces between particles act as half kicks before and after a substep, and not within it."""
+
     @classmethod
     def kernels(cls, surroundings: Surroundings) -> tuple[wp.Kernel, wp.Kernel]:
         """Return the plain kernel and the native loop for who moves in these surroundings."""

@@ -12,3 +12,4 @@ class Verlet(Integrator):
     name: ClassVar[str] = "verlet"
     order: ClassVar[int] = 2
     evaluations: ClassVar[int] = 1
+    splits_pairs: ClassVar[bool] = True

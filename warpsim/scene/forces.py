@@ -1,11 +1,15 @@
 """Force fields that particles feel besides gravity."""
 
-from typing import Literal
+from collections.abc import Mapping
+from typing import Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from warpsim.scene.base import Name, Number, Spec, Vec3, one_of_types
+from warpsim.scene.base import Mistake, Name, Number, Spec, Vec3, mistakes, one_of_types
 from warpsim.scene.strengths import Strength
+
+
+PAIR_SOLVERS = ("semi_implicit_euler", "verlet", "euler")  # they ask for forces at the ends of a substep, where neighbors are known
 
 
 class Force(Spec):
@@ -28,4 +32,49 @@ class Attractor(Force):
     softening: Number = Field(1e-3, ge=0.0, le=1e9, description="Distance below which the pull is softened, so that it stays finite [m].")
 
 
+class Pairwise(Force):
+    """What every two particles of a system do to each other: F(s) toward each other, s = sqrt(d^2 + softening^2), d their distance."""
+
+    type: Literal["pairwise"] = Field("pairwise", description="Kind of force.")
+    strength: Strength = Field(
+        description="k; positive pulls together, negative pushes apart; N, N m^2 for inverse_square, N/m for spring [N, N m^2 or N/m]."
+    )
+    radius: Number = Field(ge=1e-9, le=1e9, description="R, the s at which it ends: particles farther apart do not feel each other [m].")
+    law: Literal["constant", "inverse_square", "spring", "linear", "cosine"] = Field(
+        "inverse_square",
+        description="How it falls off: constant F = k; inverse_square k/s^2; spring k s (no rest length); without a step at R: linear "
+        "k (1 - s/R), cosine k (1 + cos(pi s/R))/2.",
+    )
+    softening: Number = Field(
+        1e-3, ge=0.0, le=1e9, description="Distance below which it is softened, so that it stays finite; less than the radius [m]."
+    )
+
+    @model_validator(mode="after")
+    def _softening_is_short(self):
+        if self.softening >= self.radius:
+            message = f"must be less than the radius of {self.radius:g} m: softened distances are never shorter, so nothing would be felt"
+            raise mistakes([Mistake(("softening",), message, ("softening", "radius"))])
+        return self
+
+
 ForceUnion = one_of_types(Force)
+
+
+def felt_pairs(forces: tuple[Force, ...], chosen: Any) -> list[int]:
+    """Return the places of the forces between particles that `feels.forces` chooses."""
+    places = [k for k, force in enumerate(forces) if force.type == "pairwise"]
+    return places if chosen is True else [k for k in places if chosen and (k in chosen or forces[k].name in chosen)]
+
+
+def pair_mistakes(forces: tuple[Force, ...], systems: Mapping[str, Any]) -> list[Mistake]:
+    """Return a mistake for each system whose solver asks for forces at places where the others are not."""
+    found = []
+    for name, system in systems.items():
+        places = felt_pairs(forces, system.feels.forces)
+        if places and system.motion == "dynamic" and system.coupling != "tracer" and system.method not in PAIR_SOLVERS:
+            message = (
+                f"{system.method} asks for forces in the middle of a step, where forces between particles (forces.{places[0]}) are not known: "
+                f"take {PAIR_SOLVERS[0]}, {PAIR_SOLVERS[1]} or {PAIR_SOLVERS[2]}, or choose among the forces by feels"
+            )
+            found.append(Mistake(("systems", name, "solver"), message, ("forces",)))
+    return found

@@ -9,7 +9,7 @@ from warpsim.scene.camera import Camera
 from warpsim.scene.colliders import ColliderUnion
 from warpsim.scene.events import event_mistakes
 from warpsim.scene.flow import FlowUnion
-from warpsim.scene.forces import ForceUnion
+from warpsim.scene.forces import ForceUnion, pair_mistakes
 from warpsim.scene.nearest import listed, nearest
 from warpsim.scene.obstacles import ObstacleUnion, unanswerable
 from warpsim.scene.particles import Particles, SystemUnion, repeated_names
@@ -69,6 +69,7 @@ class Scene(Spec):
                     words = f"knows gravity only, but the scene has {key} (add feels: {{{key}: false}} to ignore them)"
                     found.append(Mistake(("systems", name, "motion"), f"motion: ballistic {words}", (key,)))
         found += event_mistakes(self.systems)
+        found += pair_mistakes(self.forces, self.systems)
         found += _lost_controls(self) + misfit_oracles(self)
         if found:
             raise mistakes(found)

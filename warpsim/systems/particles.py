@@ -1,4 +1,4 @@
-"""Particles: mass points from emitters that move independently of each other and die."""
+"""Particles: mass points from emitters that move, alone or with their neighbors, and die."""
 
 from collections.abc import Iterator, Mapping
 
@@ -15,6 +15,7 @@ from warpsim.scene import Scene
 from warpsim.scene.events import events_of, has_colors
 from warpsim.systems.emitters import Emission
 from warpsim.systems.events import LINEAGE, TINT, Events
+from warpsim.systems.pairs import PairForces
 from warpsim.systems.points import PointPacker
 
 BIRTH_STATE = {
@@ -43,7 +44,7 @@ def history_fields(method: type[Integrator]) -> dict[str, Field]:
 
 
 class Particles:
-    """One system of uncoupled particles: emit, advance (ages, forces, motion in one pass over memory), remove the expired.
+    """One system of particles: emit, advance (ages, forces, motion in one pass over memory), remove the expired.
 
     `earlier` are the systems that move before it in a frame, among them those whose events its emitters listen to.
     """
@@ -62,11 +63,22 @@ class Particles:
         self.pace.dt, self.pace.fps, self.pace.substep_count = 1.0 / (scene.time.fps * substep_count), scene.time.fps, substep_count
         self.pace.first, self.pace.last = 0, substep_count
         self.particles = self._view("position", "velocity")
+        self.pairs = self._pair_forces(environment)
         self.newborn = self._view("birth_position", "birth_velocity") if ballistic else self.particles
         self.points = PointPacker(self.population, self.particles, spec.look, scene.time.fps)
         self.events = Events(heard, self.population, clock, self.surroundings.row, scene.time.fps)
         logs = [earlier[emitter.on.of].events.log(emitter.on) for emitter in spec.emitters if emitter.on is not None]
         self.emission = Emission(name, spec, scene, self.population, clock, logs)
+
+    def _pair_forces(self, environment: Environment) -> PairForces | None:
+        """Return what its particles do to each other; a tracer and an arc in closed form feel no force."""
+        laws = environment.laws(self.spec.feels) if self.method in SECOND_ORDER_FORM.values() else []
+        if not laws:
+            return None
+        pairs = PairForces(laws, self.population, environment, self._clock, self.pace)
+        if not self.method.splits_pairs:
+            self.particles.internal = pairs.internal
+        return pairs
 
     def _view(self, position: str, velocity: str) -> emission.Particles:
         """Return the population as its kernels see it, with the given fields for position and velocity."""
@@ -82,13 +94,20 @@ class Particles:
         yield from self.surroundings.stages()
         yield from self.emission.stages(self.newborn, lifecycle_loops.emit_particles)
         yield from self.events.stages(native, self.newborn, "birth")
+        yield from self._motion(native)
+        yield from self.events.stages(native, self.particles, "death")
+        yield from self.points.stages(self._clock)
+        yield from removal(self.population, native)
+
+    def _motion(self, native: bool) -> Iterator[Stage]:
+        """Yield the stages that move everybody: one for all substeps, or with neighbors several for each."""
+        if self.pairs is not None:
+            yield from self.pairs.stages(self.particles, self.method, self.surroundings, native)
+            return
         plain, loop = self.method.kernels(self.surroundings)
         states = (self.newborn, self.particles) if self.newborn is not self.particles else (self.particles,)
         inputs = (self.pace, self._clock, self.surroundings.row, *states, self.population.counters)
         yield Stage("advance", plain, self.population.capacity, inputs, loop)
-        yield from self.events.stages(native, self.particles, "death")
-        yield from self.points.stages(self._clock)
-        yield from removal(self.population, native)
 
     def frame(self, index: int) -> SystemFrame:
         """Return what observers see of the present frame."""
@@ -100,6 +119,8 @@ class Particles:
         """Take the numbers of another spec of the same structure, in place; the environment has changed already."""
         self.spec = spec
         self.surroundings.change(*environment.felt(spec.feels, spec.coupling))
+        if self.pairs is not None:
+            self.pairs.change(environment.laws(spec.feels))
         self.emission.change(spec, scene)
         self.points.change(spec.look)
 

@@ -1,0 +1,69 @@
+"""Neighbors: who is near whom in one population, sorted anew whenever it is asked for; nothing here waits for the device."""
+
+from collections.abc import Iterator
+
+import warp as wp
+
+from warpsim.kernels import grid, grid_loops
+from warpsim.launch import Stage
+from warpsim.population import Population
+
+MOST_PARTS = 64  # Simulation takes no more cores
+
+
+def bits_for(count: int) -> int:
+    """Return n of the 2^n buckets that so many particles are sorted into: 2 to 4 for each."""
+    return min(max(grid.LEAST_BITS, (2 * count - 1).bit_length()), grid.MOST_BITS)
+
+
+class Neighbors:
+    """The hashed grid of a population: marked by whoever knows which particles take part, then sorted and gathered by the stages here.
+
+    `reach` [m]: nobody farther away is found for sure, everybody nearer is.
+    """
+
+    def __init__(self, population: Population, reach: float):
+        device, capacity = population.device, population.capacity
+        self.population, self._bits = population, bits_for(capacity)
+        self._on_cpu = wp.get_device(device).is_cpu
+        self.grid = grid.Grid()
+        self.grid.edges = wp.zeros(1, dtype=wp.float64, device=device)
+        self.grid.strides = wp.array(list(grid.STRIDES), dtype=wp.vec2ui, device=device)
+        self.grid.bucket = wp.zeros(capacity, dtype=int, device=device)
+        self.grid.order = wp.zeros(2 * capacity, dtype=int, device=device)  # the second half is what a device's own sort works in
+        self.grid.begin = wp.zeros((1 << self._bits) + 2, dtype=int, device=device)
+        self.sorted = wp.zeros((3, capacity), dtype=float, device=device)
+        self.change(reach)
+
+    def change(self, reach: float) -> None:
+        """Take another reach [m], in place."""
+        self.grid.edges.fill_(1.0 / (reach * grid.SLACK))
+
+    def stages(self, native: bool) -> Iterator[Stage]:
+        """Yield the stages that sort by bucket and gather positions in that order; `grid.bucket` is marked already.
+
+        The same stages serve every substep.
+        """
+        counters, capacity = self.population.counters, self.population.capacity
+        if native:
+            yield from self._passes()
+        else:
+            yield from self._device_sort()
+        inputs = (counters, self.grid, self.population.field("position"), self.sorted)
+        yield Stage("neighbors", grid.gather_rows, capacity, inputs, grid_loops.gather_rows)
+
+    def _passes(self) -> Iterator[Stage]:
+        counters, capacity, device = self.population.counters, self.population.capacity, self.population.device
+        sorting = grid_loops.Sorting()
+        sorting.tally = wp.zeros((MOST_PARTS, (1 << self._bits // 2) + 1), dtype=int, device=device)
+        sorting.loose = wp.zeros(capacity, dtype=wp.vec2i, device=device)
+        for loop in (grid_loops.tally_groups, grid_loops.scatter_groups, grid_loops.sort_groups):
+            yield Stage("neighbors", loop, capacity, (counters, self.grid, sorting), loop)
+
+    def _device_sort(self) -> Iterator[Stage]:
+        counters, capacity, order = self.population.counters, self.population.capacity, self.grid.order
+        key = wp.zeros(2 * capacity, dtype=int, device=self.population.device)
+        beyond = (1 << self._bits + 1) - 1
+        yield Stage("neighbors", grid.mark_keys, capacity, (beyond, counters, self.grid.bucket, key, order))
+        yield Stage("neighbors", launch=lambda: wp.utils.radix_sort_pairs(key, order, capacity, 0, self._bits + 1))
+        yield Stage("neighbors", grid.scan_keys, (1 << self._bits) + 2, (counters, key, self.grid))
