@@ -11,7 +11,6 @@ grids; Knuth, TAOCP 2, 3.3.4, for lattices mod 2^n.
 import warp as wp
 
 from warpsim.kernels.emission import ACTIVE
-from warpsim.kernels.planar import read3
 
 FINE = 4  # cells per reach along a row: a run is 2.25 reaches long, not 3
 ALONG = wp.constant(wp.float64(FINE))  # Warp gives a constant one type per function

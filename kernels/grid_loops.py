@@ -75,7 +75,15 @@ def scatter_range(
     loose: wp.array[wp.vec2i],
 ):
     """Put (bucket, slot) of the slots begin … end − 1 behind the earlier members of their groups, in order."""
-    ...
+    low = bits - bits // 2
+    for i in range(begin, end):
+        place = int(0)
+        for g in range((bucket[i] >> low) + 1):
+            for p in range(part_count):
+                place = place + wp.where(g < bucket[i] >> low or p < part, tally[p, g], 0)
+        for j in range(begin, i):
+            place = place + wp.where(bucket[j] >> low == bucket[i] >> low, 1, 0)
+        loose[place] = wp.vec2i(bucket[i], i)
 
 
 @wp.kernel(enable_backward=False)
@@ -126,20 +134,34 @@ def sort_range(
     order: wp.array[int],
 ):
     """Sort the groups that begin at the places begin … end − 1 by bucket, and note where each bucket begins; the last part has the tail."""
-    ...
+    low = bits - bits // 2
+    first = int(0)
+    for g in range((1 << (bits // 2)) + 1):
+        after = int(first)
+        for p in range(part_count):
+            after = after + tally[p, g]
+        if first >= begin and (first < end or last == 1):
+            for b in range(wp.where(g < 1 << (bits // 2), 1 << low, 2)):  # of those whom nobody is near: where they begin and end
+                starts[(g << low) + b] = first
+                for k in range(first, after):
+                    starts[(g << low) + b] = starts[(g << low) + b] + wp.where(loose[k][0] < (g << low) + b, 1, 0)
+            for k in range(first, after):
+                place = int(first)
+                for j in range(first, after):
+                    place = place + wp.where(loose[j][0] < loose[k][0] or (loose[j][0] == loose[k][0] and j < k), 1, 0)
+                order[place] = loose[k][1]
+        first = after
 
 
 @wp.kernel(enable_backward=False)
-def sort_groups(part: int, part_count: int, counters: wp.array[wp.int64], grid_out: Grid, sorting_inout: Sorting):
+def sort_groups(part: int, part_count: int, counters: wp.array[wp.int64], grid_out: Grid, sorting: Sorting):
     """Sort one part of the groups."""
     mine = part + wp.tid()
     active = int(counters[ACTIVE])
     cut = share(mine, part_count, active)
     last = wp.where(mine + 1 == part_count, 1, 0)
     bits = layout_for(grid_out, active).bits
-    sort_range(
-        cut[0], cut[1], last, part_count, bits, sorting_inout.tally, sorting_inout.loose, grid_out.begin, grid_out.order
-    )
+    sort_range(cut[0], cut[1], last, part_count, bits, sorting.tally, sorting.loose, grid_out.begin, grid_out.order)
 
 
 GATHER = """

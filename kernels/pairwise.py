@@ -17,7 +17,7 @@ from warpsim.kernels.lifetime import age_at
 from warpsim.kernels.planar import read3, write3
 from warpsim.kernels.signals import Signals
 
-COINCIDENT = wp.constant(1.0e-24)  # [m²]: closer than 1e-12 m the force falls to zero like d, so that it is finite without softening
+COINCIDENT = wp.constant(1.0e-17)  # [m²]: closer than 3e-9 m the force falls to zero like d; so 1e12 N m² stay finite without softening
 WHOLE = wp.constant(0.999)  # share of a substep that counts as all of it
 
 

@@ -8,7 +8,6 @@ from pydantic import Field, model_validator
 from warpsim.scene.base import Mistake, Name, Number, Spec, Vec3, mistakes, one_of_types
 from warpsim.scene.strengths import Strength
 
-
 PAIR_SOLVERS = ("semi_implicit_euler", "verlet", "euler")  # they ask for forces at the ends of a substep, where neighbors are known
 
 
@@ -39,7 +38,7 @@ class Pairwise(Force):
     strength: Strength = Field(
         description="k; positive pulls together, negative pushes apart; N, N m^2 for inverse_square, N/m for spring [N, N m^2 or N/m]."
     )
-    radius: Number = Field(ge=1e-9, le=1e9, description="R, the s at which it ends: particles farther apart do not feel each other [m].")
+    radius: Number = Field(ge=1e-6, le=1e9, description="R, the s at which it ends: particles farther apart do not feel each other [m].")
     law: Literal["constant", "inverse_square", "spring", "linear", "cosine"] = Field(
         "inverse_square",
         description="How it falls off: constant F = k; inverse_square k/s^2; spring k s (no rest length); without a step at R: linear "
@@ -73,7 +72,7 @@ def pair_mistakes(forces: tuple[Force, ...], systems: Mapping[str, Any]) -> list
         places = felt_pairs(forces, system.feels.forces)
         if places and system.motion == "dynamic" and system.coupling != "tracer" and system.method not in PAIR_SOLVERS:
             message = (
-                f"{system.method} asks for forces in the middle of a step, where forces between particles (forces.{places[0]}) are not known: "
+                f"{system.method} asks for forces within a step, where those between particles (forces.{places[0]}) are not known: "
                 f"take {PAIR_SOLVERS[0]}, {PAIR_SOLVERS[1]} or {PAIR_SOLVERS[2]}, or choose among the forces by feels"
             )
             found.append(Mistake(("systems", name, "solver"), message, ("forces",)))
