@@ -54,7 +54,9 @@ class PairForces:
                 h = self.pace.dt if 0 < s < count else 0.5 * self.pace.dt
                 yield Stage("pairs", pairwise.kick_pairs, capacity, (h, counters, self.internal, particles.velocity))
             if s < count:
-                yield Stage("advance", plain, capacity, (substep_of(self.pace, s), self._clock, surroundings.row, particles, counters), loop)
+                yield Stage(
+                    "advance", plain, capacity, (substep_of(self.pace, s), self._clock, surroundings.row, particles, counters), loop
+                )
 
     def _forces(self, s: int, particles: Particles, sort: list[Stage]) -> Iterator[Stage]:
         """Yield the stages that fill `internal` at the beginning of substep s, or at the end of the last."""
