@@ -86,7 +86,7 @@ MISSPELLED_KEYS = [
 ]
 
 MISSPELLED_WORDS = [
-    Mistyped("type: uniform", "type: unifrom", "uniform", "unknown type"),
+    Mistyped("type: uniform,", "type: unifrom,", "uniform", "unknown type"),
     Mistyped("name: spring, type: source", "name: spring, type: sorce", "source"),
     Mistyped("type: point_source", "type: pointsource", "point_source"),
     Mistyped("swirl, type: vortex", "swirl, type: votrex", "vortex"),

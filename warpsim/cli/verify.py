@@ -87,11 +87,19 @@ def _show(result: dict) -> None:
 
         print_table(("oracle", "kind", "measured", "expected", "error", "tolerance", "verdict"), [_row(f) for f in findings])
     for finding in findings:
-        if finding.detects is not None:
-            share = abs(finding.detects / finding.expected) if finding.expected else math.inf
-            typer.echo(f"  {finding.name}: would notice a change of {finding.detects:.3g} ({share:.2%}) in 98 of 100 runs")
-        if finding.remark:
-            typer.echo(f"  {finding.name}: {finding.remark}")
+        remarks = [text for text in (_detects(finding), finding.remark) if text]
+        if remarks:
+            typer.echo(f"  {finding.name}: {'; '.join(remarks)}")
+
+
+def _detects(finding) -> str:
+    """Say what change a statistical oracle would notice."""
+    if finding.detects is None or not math.isfinite(finding.detects):
+        return ""
+    if finding.kind == "uniformity":
+        return f"would notice a density that strays by {finding.detects:.2%} (root mean square) in 98 of 100 runs"
+    share = f" ({abs(finding.detects / finding.expected):.2%})" if finding.expected else ""
+    return f"would notice a change of {finding.detects:.3g}{share} in 98 of 100 runs"
 
 
 def _row(finding) -> tuple[str, ...]:

@@ -94,3 +94,30 @@ def _lives(lifetime, piece: Intervals, time: float) -> np.ndarray:
         )
     births = 0.5 * (piece.begin + piece.end) + 0.5 * (piece.end - piece.begin) * _NODES
     return survival(lifetime, time - births)
+
+
+def interval_of(emitter, scene, begin: float, end: float) -> tuple[int, int, float, float]:
+    """Return of the intervals that lie wholly within a window [s]: the number of the first, how many, their width [s], their origin [s]."""
+    beginning = -scene.time.prewarm
+    start = beginning if emitter.start is None else max(beginning, emitter.start)
+    width = emitter.rate.interval or 1.0 / scene.time.fps
+    first = max(0, math.ceil((begin - start) / width - 1e-6))
+    last = math.floor((min(end, emitter.stop or math.inf) - start) / width + 1e-6)
+    return first, max(0, last - first), width, start
+
+
+def value_moments(emitter, of: str) -> tuple[float, float, float]:
+    """Return mean, variance and fourth moment over the squared variance of an initial value of an emitter."""
+    if of == "cosine":  # uniform from the cone's edge to its axis
+        least = math.cos(math.radians(emitter.velocity.cone))
+        return 0.5 * (1.0 + least), (1.0 - least) ** 2 / 12.0, 1.8
+    if of == "speed" and emitter.velocity is None:
+        return 0.0, 0.0, 1.8
+    drawn = emitter.velocity.speed if of == "speed" else getattr(emitter, of)
+    uniform = drawn.law == "uniform"
+    z, weight = (2.0 * _Z - 1.0, np.ones_like(_Z)) if uniform else (16.0 * _Z - 8.0, np.exp(-0.5 * (16.0 * _Z - 8.0) ** 2))
+    # A speed below zero is one backward; what must be above zero is clipped there.
+    values = np.abs(drawn.mean + drawn.spread * z) if of == "speed" else np.maximum(drawn.mean + drawn.spread * z, 0.0)
+    mean = float(np.average(values, weights=weight))
+    variance = float(np.average((values - mean) ** 2, weights=weight))
+    return mean, variance, float(np.average((values - mean) ** 4, weights=weight)) / variance**2 if variance else 1.8

@@ -17,6 +17,8 @@ class Reading:
     """Of the measured number, where it counts random ones."""
     remark: str = ""
     """What a reader of the table should know besides."""
+    samples: int | None = None
+    """How many were sorted into bins, where the measured number is a χ²."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,8 @@ class Finding:
     allowed: float | None = None
     """The tolerance in the unit of the quantity."""
     detects: float | None = None
-    """Statistical oracles: the smallest change of the expected number that 98 of 100 runs would notice."""
+    """Statistical oracles: the smallest change of the expected number that 98 of 100 runs would notice. Of a χ²: the smallest root mean
+    square by which the density of births may stray from even, as a part of it."""
     remark: str = ""
     reason: str = ""
 
@@ -49,6 +52,8 @@ def judged(name: str, oracle, reading: Reading) -> Finding:
     allowed = allowance(oracle.tolerance, reading)
     # A test that lets errors of `allowed` pass notices a change by two standard errors more in 98 of 100 runs.
     detects = None if reading.standard_error is None else allowed + 2.0 * reading.standard_error
+    if reading.samples:
+        detects = float(np.sqrt(detects / reading.samples))  # n samples of a density that strays by ε add n ε² to χ²
     verdict = "pass" if error <= allowed else "fail"  # what is not a number fails
     return Finding(verdict=verdict, error=error, allowed=allowed, detects=detects, **facts)
 

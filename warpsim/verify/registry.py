@@ -1,6 +1,6 @@
 """Which measurer measures which oracle. A new kind is its spec in warpsim/scene, its measurer in this room, and a line here."""
 
-from warpsim.verify import flow, motion, systems
+from warpsim.verify import births, flow, motion, systems
 from warpsim.verify.measurers import Measurer
 
 MEASURERS: dict[str, type[Measurer]] = {
@@ -18,6 +18,9 @@ MEASURERS: dict[str, type[Measurer]] = {
     "position": motion.PositionMeasurer,
     "energy": motion.EnergyMeasurer,
     "momentum": motion.MomentumMeasurer,
+    "emission_mean": births.MeanCountMeasurer,
+    "emission_variance": births.CountVarianceMeasurer,
+    "uniformity": births.UniformityMeasurer,
     "live_count": systems.LiveCountMeasurer,
     "hash": systems.HashMeasurer,
 }
@@ -29,8 +32,15 @@ TOGETHER: dict[str, type[Measurer]] = {
 }
 """Of a system's particles together, for the kinds that have `of: system`."""
 
+OF_VALUES: dict[str, type[Measurer]] = {
+    "emission_mean": births.MeanValueMeasurer,
+    "emission_variance": births.ValueVarianceMeasurer,
+}
+"""Of an initial value, for the kinds that count births otherwise."""
+
 
 def measurer_of(oracle, scene) -> Measurer:
     """Return the measurer of an oracle."""
-    kinds = TOGETHER if getattr(oracle, "of", None) == "system" else MEASURERS
+    of = getattr(oracle, "of", None)
+    kinds = TOGETHER if of == "system" else OF_VALUES if oracle.type in OF_VALUES and of != "count" else MEASURERS
     return kinds[oracle.type](oracle, scene)

@@ -1,6 +1,6 @@
 """The scenes that are played so that oracles can measure: the scene itself, test particles in its surroundings, one emitter alone."""
 
-from warpsim.scene.emitters import Burst
+from warpsim.scene.emitters import Burst, Distribution
 from warpsim.scene.oracles import entry_of
 from warpsim.scene.particles import Feels
 
@@ -19,15 +19,16 @@ def with_test_particles(scene, measurers):
     return scene.model_copy(update={"systems": systems, "controls": (), "time": time})
 
 
-def alone(scene, system: str, emitter: int | str):
+def alone(scene, system: str, emitter: int | str, lifetime: float | None = None):
     """Return the scene with one emitter of one system only, whose particles nothing acts on: births, lives and deaths as they are.
 
     The other emitters keep their places and fall silent, so that the random numbers are the scene's own. One that listens to events keeps
-    the other systems, too, as they are.
+    the other systems, too, as they are. With a `lifetime` [s] all live so long.
     """
     spec = scene.systems[system]
     chosen = entry_of(emitter, spec.emitters)
-    emitters = tuple(each if each is chosen else silent(each) for each in spec.emitters)
+    heard = chosen if lifetime is None else chosen.model_copy(update={"lifetime": Distribution(mean=lifetime)})
+    emitters = tuple(heard if each is chosen else silent(each) for each in spec.emitters)
     if chosen.on is not None:
         return scene.model_copy(update={"systems": {**scene.systems, system: spec.model_copy(update={"emitters": emitters})}})
     plain = {"coupling": None, "solver": None, "motion": "dynamic", "feels": NOTHING, "substeps": 1, "emitters": emitters}

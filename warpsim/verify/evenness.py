@@ -1,0 +1,105 @@
+"""Coordinates in which births that are spread evenly are even, cut into cells of known shares."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Cells(NamedTuple):
+    """Independent divisions: the share of each of their cells, and the cell numbers of vectors (n, 3), an array (n,) for each division."""
+
+    shares: list[np.ndarray]
+    number: Callable[[np.ndarray], list[np.ndarray]]
+
+
+def frame_round(axis) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return two unit vectors across an axis, and the unit axis."""
+    a = np.array(axis, float) / np.linalg.norm(axis)
+    first = np.cross(np.eye(3)[np.argmin(np.abs(a))], a)
+    first /= np.linalg.norm(first)
+    return first, np.cross(a, first), a
+
+
+def turn(along: np.ndarray, across: np.ndarray) -> np.ndarray:
+    """Return an angle as a part of a turn, in [0, 1]."""
+    return np.arctan2(across, along) / (2.0 * np.pi) % 1.0
+
+
+def even(coordinates: Callable[[np.ndarray], list[np.ndarray]], count: int, bins: int) -> Cells:
+    """Return equal bins along each of `count` coordinates in [0, 1]."""
+
+    def number(vectors: np.ndarray) -> list[np.ndarray]:
+        return [np.clip((u * bins).astype(int), 0, bins - 1) for u in coordinates(vectors)]
+
+    return Cells([np.full(bins, 1.0 / bins)] * count, number)
+
+
+def cells_of_directions(velocity, bins: int) -> Cells:
+    """Return bins of the cosine to the cone's axis, from the cone's edge to the axis, and of the angle round it."""
+    first, second, axis = frame_round(velocity.direction)
+    least = np.cos(np.radians(velocity.cone))
+
+    def coordinates(v: np.ndarray) -> list[np.ndarray]:
+        cosine = v @ axis / np.linalg.norm(v, axis=1)
+        return [(cosine - least) / (1.0 - least), turn(v @ first, v @ second)]
+
+    return even(coordinates, 2, bins)
+
+
+def cells_of_places(shape, bins: int) -> Cells | None:
+    """Return the cells of a shape; None for one without such coordinates."""
+    make = {"segment": _segment, "disc": _disc, "sphere": _sphere, "box": _box}.get(shape.type)
+    return make(shape, bins) if make else None
+
+
+def _segment(shape, bins: int) -> Cells:
+    start, along = np.array(shape.start), np.subtract(shape.end, shape.start)
+    return even(lambda x: [(x - start) @ along / (along @ along)], 1, bins)
+
+
+def _disc(shape, bins: int) -> Cells:
+    """Its area grows as r²."""
+    first, second, _ = frame_round(shape.normal)
+
+    def coordinates(x: np.ndarray) -> list[np.ndarray]:
+        d = (x - np.array(shape.center)) / shape.radius
+        return [turn(d @ first, d @ second)] + ([(d * d).sum(axis=1)] if shape.fill == "volume" else [])
+
+    return even(coordinates, 2 if shape.fill == "volume" else 1, bins)
+
+
+def _sphere(shape, bins: int) -> Cells:
+    """Its volume grows as r³; a coordinate of the direction is uniform (Archimedes)."""
+
+    def coordinates(x: np.ndarray) -> list[np.ndarray]:
+        d = (x - np.array(shape.center)) / shape.radius
+        r = np.linalg.norm(d, axis=1)
+        surface = [0.5 + 0.5 * d[:, 2] / np.maximum(r, 1e-30), turn(d[:, 0], d[:, 1])]
+        return surface + ([r**3] if shape.fill == "volume" else [])
+
+    return even(coordinates, 3 if shape.fill == "volume" else 2, bins)
+
+
+def _box(shape, bins: int) -> Cells:
+    """Filled, each coordinate is uniform; on its surface a face has its share by area, and is cut into squares."""
+    size = np.array(shape.size, float)
+
+    def coordinates(x: np.ndarray) -> list[np.ndarray]:
+        return list(((x - np.array(shape.center)) / size + 0.5).T)
+
+    if shape.fill == "volume":
+        return even(coordinates, 3, bins)
+    side = max(1, int(np.sqrt(bins)))
+    areas = np.array([size[1] * size[2], size[2] * size[0], size[0] * size[1]])
+    shares = np.repeat(np.repeat(areas / areas.sum() / 2.0, 2), side * side) / side**2
+
+    def number(x: np.ndarray) -> list[np.ndarray]:
+        u = np.stack(coordinates(x), axis=1)
+        axis = np.argmax(np.abs(u - 0.5), axis=1)
+        face = 2 * axis + (u[np.arange(len(u)), axis] > 0.5)
+        others = np.take_along_axis(u, np.stack([(axis + 1) % 3, (axis + 2) % 3], axis=1), axis=1)
+        square = np.clip((others * side).astype(int), 0, side - 1)
+        return [face * side * side + square[:, 0] * side + square[:, 1]]
+
+    return Cells([shares], number)
