@@ -27,6 +27,8 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "frame": "kernels launch population",
     "memory": "scene",
     "changes": "scene",
+    "convergence": "kernels scene environment integrators",
+    "plotting": "files",
     "replay": "kernels scene frame systems",
     "probes": "kernels launch environment",
     "simulation": f"kernels scene frame memory probes changes {ARRAYS}",
@@ -39,7 +41,8 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "runner": f"scene simulation changes frame observers files kernel_cache interruption {PLAYING}",
     "screening": f"environment probes replay runner interruption {PLAYING}",
     "verify": "scene simulation environment probes",
-    "cli": "verify scene simulation frame observers files kernel_cache interruption runner screening replay reporting launch memory",
+    "cli": "verify scene simulation frame observers files kernel_cache interruption runner screening replay reporting launch memory "
+    "convergence plotting",
     "__main__": "cli",
     "__init__": "scene simulation frame",
 }

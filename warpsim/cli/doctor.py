@@ -116,7 +116,12 @@ def check_extras() -> Iterator[Finding]:
     """Optional packages."""
     from importlib.util import find_spec
 
-    extras = {"mesh": ("trimesh",), "bench": ("numba", "taichi"), "test": ("pytest", "hypothesis", "websocket", "PIL", "jsonschema")}
+    extras = {
+        "mesh": ("trimesh",),
+        "plot": ("matplotlib",),
+        "bench": ("numba", "taichi"),
+        "test": ("pytest", "hypothesis", "websocket", "PIL", "jsonschema"),
+    }
     for extra, packages in extras.items():
         missing = [package for package in packages if find_spec(package) is None]
         what = f"missing: {', '.join(missing)}" if missing else "complete"

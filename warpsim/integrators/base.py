@@ -21,6 +21,8 @@ class Integrator(ABC):
     """Name in the scene and of the kernels."""
     order: ClassVar[int]
     """Order of convergence without coupling."""
+    damped_order: ClassVar[int]
+    """Order with coupling; absent: the same."""
     evaluations: ClassVar[int]
     """Evaluations of the forces per substep."""
     past: ClassVar[int] = 0
@@ -28,6 +30,10 @@ class Integrator(ABC):
 
     splits_pairs: ClassVar[bool] = False
     """Whether forces between particles act as half kicks before and after a substep, and not within it."""
+
+    def __init_subclass__(cls):
+        """Let the order with coupling be that without, where a method says nothing else."""
+        cls.damped_order = cls.__dict__.get("damped_order", cls.order)
 
     @classmethod
     def kernels(cls, surroundings: Surroundings) -> tuple[wp.Kernel, wp.Kernel]:

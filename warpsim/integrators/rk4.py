@@ -11,4 +11,5 @@ class RungeKutta4(Integrator):
 
     name: ClassVar[str] = "rk4"
     order: ClassVar[int] = 4
+    damped_order: ClassVar[int] = 2
     evaluations: ClassVar[int] = 5
