@@ -5,6 +5,7 @@ import warp as wp
 from warpsim.kernels.collider import Collider
 from warpsim.kernels.flow import sample_flow
 from warpsim.kernels.forces import ForceField, sample_acceleration
+from warpsim.kernels.noise import noise_clock
 from warpsim.kernels.planar import read3, write3
 from warpsim.kernels.primitive import FlowPrimitive
 from warpsim.kernels.signals import Signals, sample_signal
@@ -48,6 +49,7 @@ def primitive_at(primitive: FlowPrimitive, signals: Signals, t: wp.float64) -> F
     """Return a primitive as it is at time t [s]: its strength, its place, its radius."""
     p = primitive
     p.time = t
+    p.clock = noise_clock(primitive.frequency, t)
     p.strength = primitive.gain * sample_strength(signals, primitive.signal, t)
     p.center = primitive.center + primitive.turn * sample_strength(signals, primitive.travel, t)
     if primitive.radius_signal >= 0:

@@ -2,13 +2,14 @@
 
 Symbols: x point [m], d vector from the center or axis to x [m], r = |d|, U velocity [m/s], V′ rate of a source [m²/s] or
 [m³/s], Γ circulation [m²/s], R core radius [m]. Each formula takes (primitive, x); the registry FLOWS at the end numbers them.
-The longer ones have files of their own: vortices.py.
+The longer ones have files of their own: vortices.py, noise.py.
 """
 
 import warp as wp
 
 from warpsim.kernels.elementary import mean_decay
 from warpsim.kernels.expressions import evaluate_program
+from warpsim.kernels.noise import sample_curl_noise
 from warpsim.kernels.primitive import INVERSE_FOUR_PI, INVERSE_TWO_PI, LAMB_OSEEN, RANKINE, SCULLY, SMALLEST_R2, FlowPrimitive, from_axis
 from warpsim.kernels.vortices import sample_vortex_ring, sample_vortex_segment
 
@@ -84,6 +85,7 @@ FLOWS = {
     "rotation": sample_rotation,
     "vortex_segment": sample_vortex_segment,
     "vortex_ring": sample_vortex_ring,
+    "curl_noise": sample_curl_noise,
     "expression": sample_expression,
 }
 

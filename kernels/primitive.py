@@ -34,6 +34,10 @@ class FlowPrimitive:
     program: wp.array[Instruction]  # of an expression: three programs, one after the other
     span: wp.vec4i  # where they begin in the program, and where the last one ends
     time: wp.float64  # of the table [s]
+    length: float  # of a noise's cells [m]
+    frequency: float  # of a noise [1/s]
+    seed: wp.uint32  # of a noise
+    clock: wp.uint32  # of a noise at the time of the table: periods passed, in units of 2^-20
 
 
 @wp.func(inline=True)

@@ -8,7 +8,7 @@ import numpy as np
 import warp as wp
 
 from warpsim.colliders import Colliders
-from warpsim.images import CylinderImages, answered
+from warpsim.images import CylinderImages, answered, changed
 from warpsim.kernels import expressions, flow, forces, pairwise, signals
 from warpsim.kernels.collider import Collider, sample_colliders
 from warpsim.kernels.environment import UNSTABLE_POLICIES, sample_moments
@@ -19,6 +19,7 @@ from warpsim.scene import Scene
 from warpsim.scene.obstacles import answers
 from warpsim.scene.strengths import Formula, Keyframes, Sine
 
+PLASTIC = np.array([0.8191725134, 0.6710436067, 0.5497004779])  # powers of 1/1.2207…: the evenest spread of places in a box
 IDENTITY = wp.mat33(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 
@@ -116,6 +117,18 @@ def flow_row(spec, table: SignalTable) -> FlowPrimitive:
     return row
 
 
+def octave_rows(row: FlowPrimitive, spec) -> list[FlowPrimitive]:
+    """Make the rows of a noise, one per octave: half the length, and by Kolmogorov 2^(−1/3) of the speed, 2^(2/3) of the frequency."""
+    speeds = 2.0 ** (-np.arange(spec.octaves) / 3.0)
+    shares = speeds / np.linalg.norm(speeds)  # octaves are independent: their squares add up
+    rows = []
+    for octave, share in enumerate(shares):
+        length, shift = spec.length / 2**octave, np.modf(octave * PLASTIC)[0]  # no two lattices have a corner in common
+        fields = {"length": length, "frequency": spec.frequency * 2.0 ** (2.0 * octave / 3.0), "center": wp.vec3(*(length * shift))}
+        rows.append(changed(row, float(share), **fields, seed=(spec.seed + 0x9E3779B9 * octave) % 2**32))
+    return rows
+
+
 def place_row(row: FlowPrimitive, spec) -> None:
     """Put a primitive where it is: its center and axis, or those of its segment, worked out in float64."""
     if hasattr(spec, "center"):
@@ -177,7 +190,9 @@ class Environment:
         table = SignalTable()
         self._flow = []  # per primitive: its row, and those of its images
         for place, spec in enumerate(scene.flow):
-            self._flow.append(answered(flow_row(spec, table), [obstacle for obstacle in scene.obstacles if answers(obstacle, place, spec)]))
+            row = flow_row(spec, table)
+            answering = [obstacle for obstacle in scene.obstacles if answers(obstacle, place, spec)]
+            self._flow.append(octave_rows(row, spec) if spec.type == "curl_noise" else answered(row, answering))
         self._bound = [bound_rows(spec, table) for spec in scene.obstacles]
         self._forces = [[] if spec.type == "pairwise" else [force_row(spec, table)] for spec in scene.forces]
         self._laws = [[law_row(spec, table)] if spec.type == "pairwise" else [] for spec in scene.forces]

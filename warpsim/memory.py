@@ -46,7 +46,8 @@ def flow_row_count(scene: Scene) -> int:
     """Return the most rows that the flow's table has: primitives, their images at obstacles, the obstacles' own circulations."""
     shares = {"cylinder": 3, "wall": 2}
     answered = [[shares[obstacle.type] for obstacle in scene.obstacles if answers(obstacle, k, spec)] for k, spec in enumerate(scene.flow)]
-    return sum(map(math.prod, answered)) + len(scene.obstacles)
+    octaves = sum(getattr(primitive, "octaves", 1) - 1 for primitive in scene.flow)
+    return sum(map(math.prod, answered)) + octaves + len(scene.obstacles)
 
 
 def pieces(emitter, fps: float) -> int:

@@ -9,7 +9,7 @@ KERNELS = Path(__file__).resolve().parents[2] / "kernels"
 TREES = {path: ast.parse(path.read_text()) for path in sorted(KERNELS.glob("*.py"))}
 DEVICE_DECORATORS = ("wp.func", "wp.kernel", "wp.func_native")
 HOST_WORK = {"launch", "zeros", "empty", "ones", "full", "array", "from_numpy", "copy", "clone", "synchronize", "to_torch"}
-FORMULA_FILES = ("flow", "forces", "integration")
+FORMULA_FILES = ("flow", "vortices", "noise", "forces", "integration")
 
 
 def decorator(node: ast.AST) -> str:

@@ -24,6 +24,7 @@ BODIES = {
     "rotation": {"axis": [0, 1, 1], "angular_velocity": 0.5, "travel": [SINE, 0.1, {"expression": "t"}]},
     "vortex_segment": {"start": [0, 0.2, 0], "end": [1, 0, 0.5], "circulation": SINE, "travel": [0, SINE, 0]},
     "vortex_ring": {"normal": [1, 0, 1], "radius": {"keyframes": [[0, 0.5], [0.2, 0.8]]}, "circulation": 0.5, "travel": [SINE, 0, 0]},
+    "curl_noise": {"amplitude": SINE, "length": 0.3, "frequency": 4.0, "octaves": 2, "seed": 3, "travel": [SINE, 0, 0]},
     "expression": {"velocity": ["0.3*sin(x*y - t)", "smoothstep(-1, 1, z)*exp(-x^2)", "clamp(mod(x, 0.4), 0.1, 0.3) + 0.1*log(2 + y^2)"]},
 }
 FLOW = [{"type": kind} | BODIES[kind] for kind in FLOWS]

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tests.reference import noise
 from tests.reference.programs import evaluate
 from warpsim.scene.expressions import PLACE, compile_expression
 
@@ -24,6 +25,9 @@ class Primitive:
     radius: float = 1.0
     formulas: tuple[str, str, str] = ("0", "0", "0")
     time: float = 0.0
+    length: float = 1.0
+    seed: int = 0
+    clock: int = 0
 
 
 def unit(vector) -> np.ndarray:
@@ -135,6 +139,11 @@ def vortex_ring(p: Primitive, x: np.ndarray) -> np.ndarray:
     return line_integral(p, x, np.asarray(p.center) + p.radius * outward, tangents, d - nearest)
 
 
+def curl_noise(p: Primitive, x: np.ndarray) -> np.ndarray:
+    """The curl in cells, brought to a root mean square of the strength: a corner has 1/3 per component, a cell 1.0974211434 of it."""
+    return p.strength / math.sqrt(1.0974211434 / 3.0) * noise.curl_noise((x - np.asarray(p.center, float)) / p.length, p.seed, p.clock)
+
+
 def expression(p: Primitive, x: np.ndarray) -> np.ndarray:
     return np.array([evaluate(compile_expression(text, PLACE), p.time, x) for text in p.formulas])
 
@@ -148,6 +157,7 @@ FLOWS = {
     "rotation": rotation,
     "vortex_segment": vortex_segment,
     "vortex_ring": vortex_ring,
+    "curl_noise": curl_noise,
     "expression": expression,
 }
 

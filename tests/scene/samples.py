@@ -27,6 +27,7 @@ flow:
   - {type: rotation, center: [0, 0, 0], axis: [0, 1, 0], angular_velocity: 0.2, travel: [{expression: "0.2*t"}, 0, 0]}
   - {type: vortex_segment, start: [0, 0, -1], end: [0, 0, 1], circulation: 0.3, core: {radius: 0.05, model: scully}}
   - {type: vortex_ring, center: [0, 1, 0], normal: [0, 1, 0], radius: {keyframes: [[0, 0.5], [4, 0.7]]}, circulation: 0.4}
+  - {type: curl_noise, amplitude: {keyframes: [[0, 0], [1, 0.5]]}, length: 0.8, frequency: 0.7, octaves: 3, seed: 11}
   - {type: expression, velocity: ["y*sin(t)", -x, 0]}
 obstacles:
   - {name: mast, type: cylinder, center: [3, 0, 0], axis: [0, 1, 0], radius: 0.2, circulation: {sine: {amplitude: 0.7, period: 5}},

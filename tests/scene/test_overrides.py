@@ -60,7 +60,7 @@ def test_what_an_alias_repeats_changes_in_one_place_only():
         ("sed=3", 1, "seed", "has no key"),
         ("time.fsp=3", 6, "fps", "has no key"),
         ("flow.swril.rate=3", 6, "swirl", "has no entry named"),
-        ("flow.9.rate=3", 6, None, "it has 9"),
+        ("flow.99.rate=3", 6, None, "it has 10"),
         ("flow.swirl.circ=3", 12, "circulation", "has no key"),
         ("systems.spark.capacity=3", 9, "sparks", "has no key"),
         ("systems.sparks.capcity=3", 16, "capacity", "has no key"),

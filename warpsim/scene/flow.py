@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
-from warpsim.scene.base import Direction, Mistake, Name, Number, Spec, Vec3, is_number, mistakes, one_of_types
+from warpsim.scene.base import Direction, Mistake, Name, Number, Spec, Vec3, WholeNumber, is_number, mistakes, one_of_types
 from warpsim.scene.expressions import PLACE, compile_expression
 from warpsim.scene.strengths import PositiveStrength, Strength, parsed
 
@@ -160,6 +160,27 @@ class VortexRing(FlowPrimitive):
         if is_number(self.radius) and self.radius < 1e-6:
             raise mistakes([Mistake(("radius",), f"must be at least 1e-06 m, got {self.radius:g}", ("radius",))])
         return self
+
+
+class CurlNoise(FlowPrimitive):
+    """Turbulence: a random velocity without divergence, smooth in place and time, the curl of a vector potential."""
+
+    strength_field: ClassVar[str] = "amplitude"
+    type: Literal["curl_noise"] = Field("curl_noise", description="Kind of flow.")
+    amplitude: Strength = Field(description="Root mean square of the speed, over place and time, of all octaves together [m/s].")
+    length: Number = Field(ge=1e-3, le=1e9, description="Size of the largest eddies: edge of the lattice's cells [m].")
+    frequency: Number = Field(
+        0.0, ge=0.0, le=1e3, description="How often the largest eddies come and go; 0 is a noise that stands still [1/s]."
+    )
+    octaves: WholeNumber = Field(
+        1,
+        ge=1,
+        le=8,
+        description="How many sizes of eddies: each half as long as the one before, with 2^(-1/3) of its speed and 2^(2/3) of its "
+        "frequency, as in Kolmogorov's turbulence [1].",
+    )
+    seed: WholeNumber = Field(0, ge=0, le=2**32 - 1, description="Which noise of all: equal seeds give equal noises.")
+    travel: Travel = travel_field()
 
 
 def _as_text(value: Any) -> Any:
