@@ -134,7 +134,7 @@ WRONG_VALUES = [
     Mistyped("gravity: true", "gravity: yes", "true"),
     Mistyped("feels: {forces: false", "feels: {forces: no", "false"),
     Mistyped("flow: [swirl, 0]", "flow: swirl", "[swirl]"),
-    Mistyped("flow: [swirl, 0]", "flow: [swirl, 9]", None, "there is no flow.99"),
+    Mistyped("flow: [swirl, 0]", "flow: [swirl, 99]", None, "there is no flow.99"),
     Mistyped("gravity: [0, -9.81, 0]", "gravity: [0, -9,81, 0]", None, "list of 3 numbers"),
     Mistyped("gravity: [0, -9.81, 0]", "gravity: -9.81", None, "list of 3 numbers"),
     Mistyped("gravity: [0, -9.81, 0]", "gravity: {x: 0, y: -9.81, z: 0}", "[0, -9.81, 0]"),

@@ -179,7 +179,7 @@ class CurlNoise(FlowPrimitive):
         description="How many sizes of eddies: each half as long as the one before, with 2^(-1/3) of its speed and 2^(2/3) of its "
         "frequency, as in Kolmogorov's turbulence [1].",
     )
-    seed: WholeNumber = Field(0, ge=0, le=2**32 - 1, description="Which noise of all: equal seeds give equal noises.")
+    seed: WholeNumber = Field(0, ge=0, le=2**32 - 1, description="Which noise of all: equal seeds give equal noises [1].")
     travel: Travel = travel_field()
 
 
