@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.simulation.scenes import scene
-from warpsim import Simulation
+from warpsim import Scene, Simulation
 from warpsim.observers.recorder import Recorder
 from warpsim.replay import NoRun, Recording
 from warpsim.scene import resolved_yaml
@@ -61,6 +61,26 @@ def test_trails_are_put_together_from_earlier_frames(tmp_path):
         again, first = recording.frame(index)["p"].packed(), packed[index]
         # a newborn's first place is where it was in the frame of its birth, in both; the box is of all places
         assert np.array_equal(again.trail, first.trail) and np.array_equal(again.position, first.position), index
+
+
+def test_colors_of_their_own_are_kept(tmp_path):
+    """Drawn from an emitter's list, inherited by children, recorded, and drawn again the same; stats.csv counts the children."""
+    parent = {"burst": {"count": 40}, "lifetime": {"mean": 0.05, "spread": 0.04}, "color": ["#ff8000", [0.2, 0.4, 1.0, 0.5]]}
+    child = {"on": {"event": "death", "of": "p", "inherit": {"color": True}}, "burst": {"count": 3}}
+    systems = {"p": {"type": "particles", "emitters": [parent]}, "c": {"type": "particles", "emitters": [child]}}
+    simulation = Simulation(Scene.model_validate({"name": "colors", "systems": systems}), device="cpu", threads=1)
+    recorder = Recorder(tmp_path / "run")
+    recorder.begin(resolved_yaml(simulation.scene))
+    frame = list(simulation.frames(4))[-1]
+    recorder.record(frame, simulation.statistics(), simulation.state_hash())
+    recorder.close()
+    again = Recording(tmp_path / "run").frame(4)
+    for name in ("p", "c"):
+        assert frame[name].has_colors and len(np.unique(frame[name].color, axis=0)) == 2
+        assert np.array_equal(again[name].color, frame[name].color)
+        assert np.array_equal(again[name].packed().color, frame[name].packed().color)
+    header, row = (line.split(",") for line in (tmp_path / "run" / "stats.csv").read_text().splitlines())
+    assert int(row[header.index("c.children")]) == frame["c"].count > 10 and "p.children" not in header
 
 
 def test_what_is_no_run_is_named(tmp_path, run):
