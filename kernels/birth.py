@@ -189,6 +189,14 @@ def emit_particle(i: int, j: int, id: wp.int64, births: Births, segment: Segment
     particles_out.id[1, i] = wp.uint32(id >> wp.int64(32))
     if particles_out.tint.shape[0] > 0:
         particles_out.tint[i] = born_tint(births, emitter, ordinal)
+    if particles_out.contact.shape[0] > 0:
+        particles_out.contact[i] = 0
+    if particles_out.impact.shape[0] > 0:
+        for row in range(9):
+            particles_out.impact[row, i] = 0.0
+        particles_out.impact[9, i] = -1.0
+        particles_out.impact_count[i] = 0
+        particles_out.impact_number[i] = 0
     if particles_out.lineage.shape[0] > 0:
         words = random_words(emitter.key, ordinal, LINEAGE)
         particles_out.lineage[0, i] = words[0]
@@ -212,10 +220,24 @@ def event_segment(births: Births, segment: Segment, k: int) -> Segment:
 
 
 @wp.func
+def turn_up_to(n: wp.vec3, x: wp.vec3) -> wp.vec3:
+    """Return x turned the shortest way that turns +y to the unit vector n; half round x if they oppose.  Source: Rodrigues 1840."""
+    k = wp.vec3(n[2], 0.0, -n[0])  # y × n
+    if 1.0 + n[1] < 1.0e-6:
+        return wp.vec3(x[0], -x[1], -x[2])
+    return x * n[1] + wp.cross(k, x) + k * (wp.dot(k, x) / (1.0 + n[1]))
+
+
+@wp.func
 def inherit(i: int, q: int, emitter: Emitter, log: EventLog, particles_inout: Particles):
     """Move the newborn in slot i to the place of event q, with its share of the velocity there: x + X, v + share V; and the color."""
-    write3(particles_inout.position, i, read3(particles_inout.position, i) + read3(log.position, q))
-    write3(particles_inout.velocity, i, read3(particles_inout.velocity, i) + read3(log.velocity, q) * emitter.share)
+    x = read3(particles_inout.position, i)
+    v = read3(particles_inout.velocity, i)
+    if emitter.on_surface == 1:
+        x = turn_up_to(read3(log.normal, q), x)
+        v = turn_up_to(read3(log.normal, q), v)
+    write3(particles_inout.position, i, x + read3(log.position, q))
+    write3(particles_inout.velocity, i, v + read3(log.velocity, q) * emitter.share)
     if emitter.color_share == 1:
         particles_inout.tint[i] = multiply_colors(particles_inout.tint[i], log.tint[q])
 

@@ -58,6 +58,7 @@ class Emitter:
     per_event: int  # births of one event
     share: float  # of the event's velocity that a child takes on [1]
     color_share: int  # 1: a child takes on the event's color
+    on_surface: int  # 1: its own place and velocity are turned so that y is the surface's normal
 
 
 @wp.struct
@@ -95,6 +96,7 @@ class EventLog:
     since: wp.array[float]  # from the event to the frame's end [s]
     lineage: wp.array2d[wp.uint32]  # (2, capacity) of the particle it happens to
     number: wp.array[int]  # how many such events that particle had before
+    normal: wp.array2d[float]  # (3, capacity) of the surface; empty where there is none
     tint: wp.array[wp.uint32]  # of the particle; empty where the system has no colors of its own
 
 
@@ -137,6 +139,7 @@ class Particles:
     contact: wp.array[int]  # number of the collider it sticks to, plus 1; 0: free
     impact: wp.array2d[float]  # (10, capacity) of the frame's first impact: place [m], velocity before [m/s], normal, time since [s]
     impact_count: wp.array[int]  # impacts so far
+    impact_number: wp.array[int]  # how many there had been before the frame's first
 
 
 @wp.func

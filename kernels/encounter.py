@@ -23,6 +23,7 @@ def write_impact(i: int, ago: float, passage: Passage, particles_inout: Particle
             particles_inout.impact[3 + axis, i] = passage.impact_v[axis]
             particles_inout.impact[6 + axis, i] = passage.impact_normal[axis]
         particles_inout.impact[9, i] = ago
+        particles_inout.impact_number[i] = particles_inout.impact_count[i]
     particles_inout.impact_count[i] = particles_inout.impact_count[i] + passage.impacts
 
 

@@ -14,13 +14,14 @@ from warpsim.kernels.lifetime import age_at
 from warpsim.kernels.loops import share
 from warpsim.kernels.planar import read3, write3
 
-BIRTH, DEATH = range(2)
-EVENTS = {"birth": BIRTH, "death": DEATH}
+BIRTH, DEATH, COLLISION = range(3)
+EVENTS = {"birth": BIRTH, "death": DEATH, "collision": COLLISION}
 
 
 @wp.struct
 class Watch:
     kind: int  # BIRTH …
+    min_speed: float  # toward the surface, of a collision [m/s]
     fps: float  # frames per second
     clock: wp.array[wp.int64]  # one number: the frame under way
     environment: wp.array[Environment]  # one row
@@ -35,27 +36,59 @@ def age_of(i: int, watch: Watch) -> float:
 
 
 @wp.func
+def impact_vector(i: int, row: int, impact: wp.array2d[float]) -> wp.vec3:
+    """Return three rows of the frame's first impact of slot i, from a row on: 0 place [m], 3 velocity before [m/s], 6 normal."""
+    return wp.vec3(impact[row, i], impact[row + 1, i], impact[row + 2, i])
+
+
+@wp.func
+def collides(i: int, watch: Watch) -> int:
+    """Return 1 if slot i had an impact in this frame, the first of them at min_speed or more toward the surface, −v·n."""
+    if watch.particles.impact[9, i] < 0.0:
+        return 0
+    v = impact_vector(i, 3, watch.particles.impact)
+    n = impact_vector(i, 6, watch.particles.impact)
+    return wp.where(-wp.dot(v, n) >= watch.min_speed, 1, 0) * inside(
+        impact_vector(i, 0, watch.particles.impact), v, watch.environment[0].extent
+    )
+
+
+@wp.func
 def happens(i: int, watch: Watch) -> int:
     """Return 1 if the event happens to slot i in this frame; a particle beyond the world, or removed by its policy, has none."""
     if watch.kind == BIRTH:
         return wp.where(wp.int64(i) >= watch.counters[LIVE], 1, 0)
+    if watch.kind == COLLISION:
+        return collides(i, watch)
     if watch.particles.alive[i] == 1 or age_of(i, watch) < watch.particles.lifetime[i]:
         return 0
     return inside(read3(watch.particles.position, i), read3(watch.particles.velocity, i), watch.environment[0].extent)
 
 
 @wp.func
+def note_collision(i: int, q: int, watch: Watch, log_out: EventLog):
+    """Write the impact of slot i as event q; of the velocity before it the part along the surface, v − (v·n) n."""
+    v = impact_vector(i, 3, watch.particles.impact)
+    n = impact_vector(i, 6, watch.particles.impact)
+    write3(log_out.position, q, impact_vector(i, 0, watch.particles.impact))
+    write3(log_out.velocity, q, v - n * wp.dot(v, n))
+    write3(log_out.normal, q, n)
+    log_out.since[q] = watch.particles.impact[9, i]
+    log_out.number[q] = watch.particles.impact_number[i]
+
+
+@wp.func
 def note(i: int, q: int, watch: Watch, log_out: EventLog):
     """Write the event of slot i as number q of the frame; a death is as long ago as the age exceeds the lifetime."""
-    write3(log_out.position, q, read3(watch.particles.position, i))
-    write3(log_out.velocity, q, read3(watch.particles.velocity, i))
-    if watch.kind == BIRTH:
-        log_out.since[q] = watch.particles.birth_age[i]
+    if watch.kind == COLLISION:
+        note_collision(i, q, watch, log_out)
     else:
-        log_out.since[q] = age_of(i, watch) - watch.particles.lifetime[i]
+        write3(log_out.position, q, read3(watch.particles.position, i))
+        write3(log_out.velocity, q, read3(watch.particles.velocity, i))
+        log_out.since[q] = wp.where(watch.kind == BIRTH, watch.particles.birth_age[i], age_of(i, watch) - watch.particles.lifetime[i])
+        log_out.number[q] = 0
     log_out.lineage[0, q] = watch.particles.lineage[0, i]
     log_out.lineage[1, q] = watch.particles.lineage[1, i]
-    log_out.number[q] = 0
     if log_out.tint.shape[0] > 0:
         log_out.tint[q] = watch.particles.tint[i]
 

@@ -44,6 +44,11 @@ EMIT = """
         particles.id.data[slot + n + S] = (wp::uint32)(number >> 32);
     }
     if (particles.tint.shape[0]) EACH(particles.tint.data[i] = $born_tint(births, emitter, ordinal);)
+    if (particles.contact.shape[0]) for (int n = begin; n < end; ++n) particles.contact.data[slot + n] = 0;
+    if (particles.impact.shape[0]) for (int i = slot + begin; i < slot + end; ++i) {
+        for (int row = 0; row < 10; ++row) particles.impact.data[i + row * S] = row == 9 ? -1.0f : 0.0f;
+        particles.impact_count.data[i] = particles.impact_number.data[i] = 0;
+    }
     if (particles.lineage.shape[0]) EACH(const auto words = $random_words(emitter.key, ordinal, LINEAGE_CHANNEL);
         particles.lineage.data[i] = words[0]; particles.lineage.data[i + S] = words[1];)
 #undef PLACE

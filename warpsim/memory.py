@@ -12,7 +12,7 @@ from warpsim.scene.particles import MULTISTEP_SOLVERS
 
 BYTES_PER_PARTICLE = 60  # fields (52), flag of the living, and the place in a snapshot's index; a test holds it to the population's own
 BYTES_PER_PRIMITIVE = 256  # one row of a table of flow or forces
-BYTES_PER_EVENT = 56  # a row of the log of a kind of event, and its place in the prefix sum
+BYTES_PER_EVENT = 68  # a row of the log of a kind of event, and its place in the prefix sum
 BYTES_PER_NEIGHBOR = 64  # the grid, places in its order, and what neighbors do
 TABLE_PER_FILE = 8  # bytes of a mesh's table per byte of its file: 44 and more per triangle, of which a binary file spends 19
 BYTES_PER_SEGMENT = 40  # a run of births within a frame
@@ -32,7 +32,7 @@ def estimate_memory(scene: Scene) -> int:
         order = MULTISTEP_SOLVERS.get(system.solver, 0)
         more += 12 * (order - 1) + 4 if order else 0
         heard = events_of(name, scene.systems)
-        more += 4 * has_colors(system) + 8 * bool(heard)
+        more += 4 * has_colors(system) + 8 * bool(heard) + 48 * any(on.event == "collision" for on in heard)
         total += BYTES_PER_EVENT * system.capacity * len(heard)
         total += BYTES_PER_NEIGHBOR * (system.capacity + 1024) * bool(felt_pairs(scene.forces, system.feels.forces))
         total += 3 * system.capacity * (BYTES_PER_PARTICLE + more)  # the state, that of frame 0, and the last good one

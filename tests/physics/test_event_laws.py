@@ -180,3 +180,85 @@ def test_the_share_may_change_while_it_runs():
     sim.run(1.0)
     fixed = simulate(family(listening("death", 1, share=0.0)), seconds=1.0)
     assert (sim.frame()["c"].velocity == fixed.frame()["c"].velocity).all() and sim.frame()["c"].count > 10
+
+
+def splashing(child: dict, colliders, fps=60, drops=None, **more) -> warpsim.Scene:
+    """Drops that fall on colliders in vacuum, and what splashes up, in straight lines through everything."""
+    drops = drops or {"burst": {"count": 50}, "shape": {"type": "box", "center": [0, 2, 0], "size": [1, 1, 1]}, "lifetime": 100.0}
+    still = {"gravity": False, "colliders": False}
+    children = {"type": "particles", "capacity": 5000, "motion": "ballistic", "feels": still, "emitters": [{**BURST, **child}]}
+    rain = {"type": "particles", "capacity": 200, "solver": "verlet", "emitters": [drops]}
+    document = {"name": "law", "seed": 5, "time": {"fps": fps, "substeps": 2}, "colliders": colliders}
+    return warpsim.Scene.model_validate(document | {"systems": {"c": children, "p": rain}} | more)
+
+
+GROUND = {"type": "plane", "restitution": 0.5, "friction": 0.0}
+
+
+@pytest.mark.parametrize("fps", [30, 60, 144])
+@pytest.mark.parametrize("native", [True, False])
+def test_a_splash_is_where_and_when_the_drop_falls(fps, native, device):
+    """√(2 y/g) after the start, to 2e-6 s and 1e-5 m: Verlet is exact under gravity, float32 is not; three children at rest each."""
+    child = {**listening("collision", 3), "velocity": None}
+    drops = {"burst": {"count": 50}, "shape": {"type": "box", "center": [0, 2, 0], "size": [1, 1, 1]}, "lifetime": 0.65}
+    sim = simulate(splashing(child, [GROUND], fps, drops), device, native, seconds=0.72 if fps != 30 else 22 / 30)
+    key = random_key(5, "p", 0)
+    places = np.array([birth.position(drops["shape"], key, (1 << 40) + j) for j in range(50)])
+    fall = np.sqrt(2.0 * places[:, 1] / 9.81)
+    hit = fall < 0.65
+    exact = np.repeat(np.column_stack([places[:, 0], places[:, 2], sim.time - fall])[hit], 3, axis=0)
+    c = sim.frame()["c"]
+    got = np.column_stack([c.position[:, 0], c.position[:, 2], c.age]).astype(float)
+    assert hit.sum() > 20 and len(got) == len(exact)
+    order, to = (np.lexsort(np.round(a[:, :2].T, 4)) for a in (got, exact))
+    np.testing.assert_allclose(got[order], exact[to], atol=1e-5)
+    assert np.abs(c.position[:, 1]).max() < 1e-4
+
+
+def test_bounces_below_the_least_speed_are_not_heard():
+    """A ball with restitution ½ from 2 m strikes at 6.26, 3.13, 1.57, 0.78, 0.39 … m/s: of 1 m/s and more there are three."""
+    drops = {"burst": {"count": 1}, "shape": {"type": "point", "center": [0, 2, 0]}, "lifetime": 100.0}
+    for least, count in ((None, 5), (1.0, 3), (3.0, 2), (7.0, 0)):
+        child = {**listening("collision", 2), "velocity": None}
+        child["on"] = child["on"] | ({} if least is None else {"min_speed": least})
+        sim = simulate(splashing(child, [GROUND], drops=drops), seconds=3.0)
+        born = sim.statistics()["c"]["born"]
+        assert born == 2 * count if least else born >= 2 * count, least
+
+
+def test_what_is_inherited_of_a_collision_runs_along_the_surface():
+    """A drop that flies at 45° into the ground: 3 m/s along it, and nothing into it; with a share of ½ half of it."""
+    velocity = {"direction": [1, -1, 0], "speed": 3.0 * np.sqrt(2.0)}
+    drops = {"burst": {"count": 1}, "shape": {"type": "point", "center": [0, 1, 0]}, "velocity": velocity, "lifetime": 100.0}
+    child = {**listening("collision", 1, share=0.5), "velocity": None}
+    sim = simulate(splashing(child, [GROUND], drops=drops, gravity=[0, 0, 0]), seconds=0.5)
+    assert sim.frame()["c"].velocity == pytest.approx(np.array([[1.5, 0.0, 0.0]]), abs=1e-6)
+
+
+def test_children_of_a_collision_may_leave_along_the_normal():
+    """Round a sphere, with axes: surface, each child's own velocity, straight up, is along the normal: along its place from the center."""
+    ball = {"type": "sphere", "center": [0, -1, 0], "radius": 1.0}
+    child = listening("collision", 1)
+    child["on"] = child["on"] | {"axes": "surface"}
+    sim = simulate(splashing({**child, "velocity": {"speed": 2.0}, "lifetime": 0.2}, [ball]), seconds=0.6)
+    c = sim.frame()["c"]
+    start = c.position - c.velocity * c.age[:, None]
+    assert c.count > 5 and np.abs(np.linalg.norm(start - [0, -1, 0], axis=1) - 1.0).max() < 1e-4
+    np.testing.assert_allclose(c.velocity, 2.0 * (start - [0, -1, 0]), atol=1e-3)
+
+
+def test_a_collider_that_kills_makes_a_death_in_its_place():
+    ground = {"type": "plane", "action": "kill"}
+    sim = simulate(splashing({**listening("death", 2), "velocity": None}, [ground]), seconds=1.0)
+    c = sim.frame()["c"]
+    assert sim.statistics()["p"]["live"] == 0 and c.count == 100 and np.abs(c.position[:, 1]).max() < 1e-4
+
+
+def test_collisions_share_their_bits(monkeypatch):
+    monkeypatch.setattr("warpsim.launch.PARALLEL_FROM", 0)
+    drops = {"rate": 2000.0, "shape": {"type": "box", "center": [0, 1, 0], "size": [2, 1, 2]}, "lifetime": 0.8}
+    child = {**listening("collision", 4, share=0.5), "shape": {"type": "sphere", "radius": 0.02}, "lifetime": 0.3}
+    child["on"] = child["on"] | {"axes": "surface", "min_speed": 0.5}
+    scene = splashing(child, [GROUND, {"type": "sphere", "radius": 0.5}], drops=drops)
+    ways = ((True, 1), (True, 2), (True, 3), (False, 1), (False, 3))
+    assert len({simulate(scene, native=native, threads=n, seconds=0.8).state_hash() for native, n in ways}) == 1

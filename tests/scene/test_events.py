@@ -45,6 +45,9 @@ def problem_of(text: str) -> str:
         ("of: rockets}", "of: rockets, inherit: {velocity: 2}}", "6:61", "from 0 to 1"),
         ("emitters: [{rate: 1}]", "emitters: [{rate: 1, color: [[1, 0]]}]", "10:", "color"),
         ("emitters: [{rate: 1}]", "emitters: [{rate: 1, color: red}]", "10:", "#rrggbb"),
+        ("event: death", "event: collision", "6:21", "the scene has no colliders"),
+        ("event: death", "event: death, min_speed: 2", "6:39", "only collisions have a speed toward a surface, not a death"),
+        ("event: death", "event: birth, axes: surface", "6:34", "only collisions happen on a surface, not a birth"),
         (
             "emitters: [{rate: 1}]",
             "emitters: [{on: {event: birth, of: stars}, burst: {count: 1}}]",
@@ -68,3 +71,16 @@ def test_systems_move_after_those_they_listen_to():
 def test_a_color_or_a_list_of_colors(text, count):
     scene = load_text(SCENE.replace("{rate: 1}", f"{{rate: 1, color: {text}}}"), "a.yaml")
     assert len(scene.systems["rockets"].emitters[0].color) == count
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ("motion: ballistic\n    feels: {colliders: false}", "meets no collider: take motion: dynamic"),
+        ("feels: {colliders: []}", "feels no colliders"),
+    ],
+)
+def test_a_system_that_meets_no_collider_has_no_collisions(keys, words):
+    text = SCENE.lstrip().replace("event: death", "event: collision").replace("  rockets:\n", f"  rockets:\n    {keys}\n")
+    told = problem_of(text.replace("systems:", "colliders: [{type: plane}]\nsystems:"))
+    assert "7:21: systems.stars.emitters.0.on.event" in told and words in told, told

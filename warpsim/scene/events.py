@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from warpsim.scene.base import Mistake, Name, Number, Spec, Truth
+from warpsim.scene.base import Mistake, Name, Number, Spec, Truth, mistakes
 from warpsim.scene.nearest import listed, nearest
 
 
@@ -13,7 +13,7 @@ class Inheritance(Spec):
     """What a child takes on from the particle it is born of."""
 
     velocity: Annotated[Number, Field(ge=0.0, le=1.0)] = Field(
-        1.0, description="Share of the particle's velocity at the event, on top of the child's own [1]."
+        1.0, description="Share of the particle's velocity at the event (at a collision, along the surface) on top of the child's own [1]."
     )
     color: Truth = Field(False, description="Whether the child's color is multiplied with the particle's own color.")
 
@@ -21,11 +21,29 @@ class Inheritance(Spec):
 class On(Spec):
     """What makes the emitter give birth: something that happens to a particle of another system, at its exact place and moment."""
 
-    event: Literal["birth", "death"] = Field(
-        description="birth; death: at the end of its lifetime, or by a collider that kills it (not by leaving the scene's extent)."
+    event: Literal["birth", "death", "collision"] = Field(
+        description="birth; death: at the end of its lifetime, or by a collider that kills it (not by leaving the scene's extent); "
+        "collision: the first impact of a frame."
     )
     of: Name = Field(description="The system to whose particles it happens.")
+    min_speed: Annotated[Number, Field(ge=0.0, le=1e9)] | None = Field(
+        None, description="Of collisions, the least speed toward the surface that counts; absent: any [m/s]."
+    )
+    axes: Literal["world", "surface"] = Field(
+        "world", description="Axes of the emitter's shape and velocity; surface: at a collision, with y along the surface's normal."
+    )
     inherit: Inheritance = Field(Inheritance(), description="What the children take on from the particle.")
+
+    @model_validator(mode="after")
+    def _keys_fit_the_event(self):
+        found = []
+        if self.event != "collision" and self.min_speed is not None:
+            found.append(Mistake(("min_speed",), f"only collisions have a speed toward a surface, not a {self.event}", ("event",)))
+        if self.event != "collision" and self.axes == "surface":
+            found.append(Mistake(("axes",), f"only collisions happen on a surface, not a {self.event} (leave out axes)", ("event",)))
+        if found:
+            raise mistakes(found)
+        return self
 
 
 Hearing = tuple[tuple[str | int, ...], On]
@@ -53,7 +71,7 @@ def events_of(name: str, systems: Mapping[str, Any]) -> list[On]:
 
 def kind_of(on: On) -> tuple:
     """Return what tells two kinds of events of one system apart."""
-    return (on.event,)
+    return on.event, on.min_speed
 
 
 def has_colors(system: Any) -> bool:
@@ -70,13 +88,13 @@ def in_order(systems: Mapping[str, Any]) -> list[str]:
     return order + [name for name in systems if name not in order]
 
 
-def event_mistakes(systems: Mapping[str, Any]) -> list[Mistake]:
-    """Return a mistake for each event that cannot be heard."""
-    found = []
+def event_mistakes(scene: Any) -> list[Mistake]:
+    """Return a mistake for each event of a scene that cannot be heard, or that never happens."""
+    found, systems = [], scene.systems
     heard = hearings(systems)
     for name, entries in heard.items():
         for path, on in entries:
-            found += _mistakes_of(name, path, on, systems)
+            found += _mistakes_of(name, path, on, systems) or _never_collides(path, on, scene)
     return found or _circles(heard, systems)
 
 
@@ -91,6 +109,21 @@ def _mistakes_of(name: str, path: tuple, on: On, systems: Mapping[str, Any]) -> 
         message = f'"{on.of}" has no colors of its own to inherit: its emitters need a color'
         return [Mistake((*path, "inherit", "color"), message, ("systems",))]
     return []
+
+
+def _never_collides(path: tuple, on: On, scene: Any) -> list[Mistake]:
+    if on.event != "collision":
+        return []
+    parent, depends = scene.systems[on.of], ("systems", "colliders")
+    if parent.motion == "ballistic":
+        message = f'"{on.of}" moves in closed form (motion: ballistic) and meets no collider: take motion: dynamic'
+    elif not scene.colliders:
+        message = "the scene has no colliders: nothing collides"
+    elif parent.feels.colliders in (False, ()):
+        message = f'"{on.of}" feels no colliders: nothing of it collides (see its feels)'
+    else:
+        return []
+    return [Mistake((*path, "event"), message, depends)]
 
 
 def _known(names: list[str]) -> str:

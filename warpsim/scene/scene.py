@@ -68,7 +68,7 @@ class Scene(Spec):
                 if getattr(self, key) and getattr(system.feels, key) not in (False, ()):
                     words = f"knows gravity only, but the scene has {key} (add feels: {{{key}: false}} to ignore them)"
                     found.append(Mistake(("systems", name, "motion"), f"motion: ballistic {words}", (key,)))
-        found += event_mistakes(self.systems)
+        found += event_mistakes(self)
         found += pair_mistakes(self.forces, self.systems)
         found += _lost_controls(self) + misfit_oracles(self)
         if found:

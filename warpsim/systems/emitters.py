@@ -87,6 +87,7 @@ class ColorTable:
 def listen(row: emission.Emitter, spec: Emitter, log: int) -> None:
     """Fill in which log an emitter listens to, and what its children inherit."""
     row.log, row.per_event = log, spec.burst[0].count
+    row.on_surface = int(spec.on.axes == "surface")
     row.share, row.color_share = spec.on.inherit.velocity, int(spec.on.inherit.color)
 
 

@@ -11,7 +11,17 @@ from warpsim.scene.events import On, kind_of
 
 LINEAGE = {"lineage": Field(2, wp.uint32, "1", "random name from its emitter and ordinal, that its children's ordinals grow from")}
 TINT = {"tint": Field(1, wp.uint32, "1", "color of its own, rgba bytes, multiplied with the look's")}
+IMPACT = {
+    "impact": Field(10, wp.float32, "m, m/s, 1, s", "of the frame's first impact: place, velocity before, normal, time since; no state"),
+    "impact_count": Field(1, wp.int32, "1", "impacts so far"),
+    "impact_number": Field(1, wp.int32, "1", "how many there had been before the frame's first"),
+}
 MOST_PARTS = 64  # cores that may share a frame
+
+
+def fields_of(heard: list[On]) -> dict[str, Field]:
+    """Return the rows that a system needs for what is listened to of it."""
+    return (LINEAGE if heard else {}) | (IMPACT if any(on.event == "collision" for on in heard) else {})
 
 
 class Events:
@@ -19,9 +29,9 @@ class Events:
 
     def __init__(self, heard: list[On], population: Population, clock: wp.array, environment: wp.array, fps: float):
         self._population, self._clock, self._environment, self._fps = population, clock, environment, fps
-        self._heard = {kind_of(on): (on, self._log()) for on in heard}
+        self._heard = {kind_of(on): (on, self._log(on.event == "collision")) for on in heard}
 
-    def _log(self) -> emission.EventLog:
+    def _log(self, on_surfaces: bool) -> emission.EventLog:
         population, log = self._population, emission.EventLog()
         n, device = population.capacity, population.device
         log.count = wp.zeros(1, dtype=int, device=device)
@@ -29,6 +39,7 @@ class Events:
         log.since = wp.zeros(n, dtype=float, device=device)
         log.lineage = wp.zeros((2, n), dtype=wp.uint32, device=device)
         log.number = wp.zeros(n, dtype=int, device=device)
+        log.normal = wp.zeros((3, n if on_surfaces else 0), dtype=float, device=device)
         log.tint = wp.zeros(n if "tint" in population.fields else 0, dtype=wp.uint32, device=device)
         return log
 
@@ -44,6 +55,7 @@ class Events:
                 continue
             watch = events.Watch()
             watch.kind, watch.fps, watch.clock = events.EVENTS[on.event], self._fps, self._clock
+            watch.min_speed = on.min_speed or 0.0
             watch.environment, watch.counters, watch.particles = self._environment, self._population.counters, particles
             if native:
                 found = wp.zeros(MOST_PARTS, dtype=int, device=device)

@@ -14,7 +14,7 @@ from warpsim.population import FIELDS, Field, Population
 from warpsim.scene import Scene
 from warpsim.scene.events import events_of, has_colors
 from warpsim.systems.emitters import Emission
-from warpsim.systems.events import LINEAGE, TINT, Events
+from warpsim.systems.events import TINT, Events, fields_of
 from warpsim.systems.pairs import PairForces
 from warpsim.systems.points import PointPacker
 
@@ -56,7 +56,7 @@ class Particles:
         ballistic = self.method is Ballistic
         heard = events_of(name, scene.systems)
         fields = FIELDS | (BIRTH_STATE if ballistic else {}) | history_fields(self.method) | PointPacker.fields(spec.look)
-        fields |= (TINT if has_colors(spec) else {}) | (LINEAGE if heard else {})
+        fields |= (TINT if has_colors(spec) else {}) | fields_of(heard)
         self.population = Population(spec.capacity, fields, environment.device)
         self.surroundings = environment.feel(spec.feels, spec.coupling, substep_count)
         self.pace = integration.Pace()
@@ -95,7 +95,7 @@ class Particles:
         yield from self.emission.stages(self.newborn, lifecycle_loops.emit_particles)
         yield from self.events.stages(native, self.newborn, "birth")
         yield from self._motion(native)
-        yield from self.events.stages(native, self.particles, "death")
+        yield from self.events.stages(native, self.particles, "death", "collision")
         yield from self.points.stages(self._clock)
         yield from removal(self.population, native)
 
