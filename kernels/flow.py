@@ -9,6 +9,7 @@ import warp as wp
 
 from warpsim.kernels.elementary import mean_decay
 from warpsim.kernels.expressions import evaluate_program
+from warpsim.kernels.grids import sample_grid
 from warpsim.kernels.noise import sample_curl_noise
 from warpsim.kernels.primitive import INVERSE_FOUR_PI, INVERSE_TWO_PI, LAMB_OSEEN, RANKINE, SCULLY, SMALLEST_R2, FlowPrimitive, from_axis
 from warpsim.kernels.vortices import sample_vortex_ring, sample_vortex_segment
@@ -87,6 +88,7 @@ FLOWS = {
     "vortex_ring": sample_vortex_ring,
     "curl_noise": sample_curl_noise,
     "expression": sample_expression,
+    "grid": sample_grid,
 }
 
 

@@ -38,6 +38,9 @@ class FlowPrimitive:
     frequency: float  # of a noise [1/s]
     seed: wp.uint32  # of a noise
     clock: wp.uint32  # of a noise at the time of the table: periods passed, in units of 2^-20
+    values: wp.array3d[wp.vec3]  # of a grid: velocities at its nodes [m/s]; its first node is at the center
+    inverse_spacing: wp.vec3  # of a grid's nodes [1/m]; 0 along an axis with one node
+    outside: int  # of a grid's box: ZERO, CLAMP
 
 
 @wp.func(inline=True)

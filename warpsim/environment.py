@@ -8,11 +8,13 @@ import numpy as np
 import warp as wp
 
 from warpsim.colliders import Colliders
+from warpsim.grids import VelocityGrid, load_grid
 from warpsim.images import CylinderImages, answered, changed
 from warpsim.kernels import expressions, flow, forces, pairwise, signals
 from warpsim.kernels.collider import Collider, sample_colliders
 from warpsim.kernels.environment import UNSTABLE_POLICIES, sample_moments
 from warpsim.kernels.environment import Environment as EnvironmentRow
+from warpsim.kernels.grids import OUTSIDES
 from warpsim.kernels.primitive import CORES, FlowPrimitive
 from warpsim.launch import Stage
 from warpsim.scene import Scene
@@ -131,7 +133,7 @@ def octave_rows(row: FlowPrimitive, spec) -> list[FlowPrimitive]:
 
 def place_row(row: FlowPrimitive, spec) -> None:
     """Put a primitive where it is: its center and axis, or those of its segment, worked out in float64."""
-    if hasattr(spec, "center"):
+    if getattr(spec, "center", None) is not None:  # a grid's file may know it
         row.center = wp.vec3(*spec.center)
     for name in ("axis", "normal"):
         if hasattr(spec, name):
@@ -140,6 +142,15 @@ def place_row(row: FlowPrimitive, spec) -> None:
         start, end = np.array(spec.start), np.array(spec.end)
         row.center, row.axis = wp.vec3(*(0.5 * (start + end))), unit(end - start)
         row.half_length = 0.5 * math.dist(start, end)
+
+
+def put_grid(row: FlowPrimitive, spec, grid: VelocityGrid, values: wp.array) -> None:
+    """Put a grid where the scene, else its file, has it, and let the row point at its velocities, which the environment keeps alive."""
+    size = np.array(grid.size if spec.size is None else spec.size)
+    center = np.array(grid.center if spec.center is None else spec.center)
+    row.values, row.outside = values, OUTSIDES[spec.outside]
+    row.center = wp.vec3(*(center - 0.5 * size))
+    row.inverse_spacing = wp.vec3(*((np.array(values.shape) - 1) / size))
 
 
 def bound_rows(spec, table: SignalTable) -> list[FlowPrimitive]:
@@ -181,6 +192,11 @@ class Environment:
     def __init__(self, scene: Scene, device: str):
         self.scene, self.device = scene, device
         self._solids = Colliders(scene, device)
+        self._grids = {}  # by place in the scene's flow: what the file says, and the velocities on the device
+        for place, spec in enumerate(scene.flow):
+            if spec.type == "grid":
+                grid, velocities = load_grid(spec.file.path, f"flow.{place}.file", spec.array)
+                self._grids[place] = grid, wp.array(velocities, dtype=wp.vec3, device=device)
         table = self._rows_of(scene)
         self.signals = table.tables(device)
         self._give_programs()
@@ -191,6 +207,8 @@ class Environment:
         self._flow = []  # per primitive: its row, and those of its images
         for place, spec in enumerate(scene.flow):
             row = flow_row(spec, table)
+            if place in self._grids:
+                put_grid(row, spec, *self._grids[place])
             answering = [obstacle for obstacle in scene.obstacles if answers(obstacle, place, spec)]
             self._flow.append(octave_rows(row, spec) if spec.type == "curl_noise" else answered(row, answering))
         self._bound = [bound_rows(spec, table) for spec in scene.obstacles]

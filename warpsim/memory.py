@@ -39,7 +39,14 @@ def estimate_memory(scene: Scene) -> int:
         total += sum(asset.path.stat().st_size * TABLE_PER_FILE for asset in assets_of(system.emitters))
         total += sum(BYTES_PER_SEGMENT * pieces(emitter, scene.time.fps) for emitter in system.emitters)
         total += (2 * substep_count + 1) * (flow_row_count(scene) + len(scene.forces)) * BYTES_PER_PRIMITIVE
-    return total
+    return total + sum(grid_memory(spec, place) for place, spec in enumerate(scene.flow) if spec.type == "grid")
+
+
+def grid_memory(spec, place: int) -> int:
+    """Return the bytes of a grid of velocities, as its file and the device have them. Raises SceneError for a file that holds none."""
+    from warpsim.grids import grid_bytes  # imports NumPy
+
+    return 2 * grid_bytes(spec.file.path, f"flow.{place}.file", spec.array)
 
 
 def flow_row_count(scene: Scene) -> int:

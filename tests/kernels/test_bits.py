@@ -14,6 +14,7 @@ from warpsim.kernels.forces import ATTRACTOR_LAWS
 from warpsim.kernels.integration import METHODS
 from warpsim.kernels.primitive import CORES
 
+SCENES = Path(__file__).resolve().parents[2] / "scenes"
 SINE = {"sine": {"mean": 0.5, "amplitude": 0.3, "period": 0.2}}
 BODIES = {
     "uniform": {"velocity": [SINE, 0.1, {"expression": "0.1*sin(20*t)"}]},
@@ -26,6 +27,7 @@ BODIES = {
     "vortex_ring": {"normal": [1, 0, 1], "radius": {"keyframes": [[0, 0.5], [0.2, 0.8]]}, "circulation": 0.5, "travel": [SINE, 0, 0]},
     "curl_noise": {"amplitude": SINE, "length": 0.3, "frequency": 4.0, "octaves": 2, "seed": 3, "travel": [SINE, 0, 0]},
     "expression": {"velocity": ["0.3*sin(x*y - t)", "smoothstep(-1, 1, z)*exp(-x^2)", "clamp(mod(x, 0.4), 0.1, 0.3) + 0.1*log(2 + y^2)"]},
+    "grid": {"file": str(SCENES / "grids" / "cavity.npz"), "size": [2, 2, 0.5], "scale": SINE, "travel": [0.1, SINE, 0]},
 }
 FLOW = [{"type": kind} | BODIES[kind] for kind in FLOWS]
 VORTICES = ("vortex", "vortex_segment", "vortex_ring")
@@ -36,7 +38,7 @@ EXTENTS = {
     "disc": {"radius": 0.5},
     "sphere": {"radius": 0.5},
     "box": {"size": [1, 2, 0.5]},
-    "mesh": {"file": str(Path(__file__).resolve().parents[2] / "scenes" / "meshes" / "knot.obj"), "scale": 0.3},
+    "mesh": {"file": str(SCENES / "meshes" / "knot.obj"), "scale": 0.3},
 }
 FILLS = [(shape, fill) for shape in SHAPES for fill in (("volume", "surface") if shape in ("disc", "sphere", "box", "mesh") else (None,))]
 CASES = [*METHODS, "ballistic"]

@@ -12,6 +12,7 @@ from warpsim.environment import SignalTable, across
 from warpsim.kernels import flow, forces
 from warpsim.kernels.environment import drag_rate, sample_velocities
 from warpsim.kernels.forces import ForceField, sample_acceleration
+from warpsim.kernels.grids import OUTSIDES
 from warpsim.kernels.primitive import CORES, FlowPrimitive
 from warpsim.scene.expressions import PLACE, compile_expression
 from warpsim.scene.flow import Core
@@ -19,6 +20,7 @@ from warpsim.scene.forces import Attractor
 
 WHERE = {"center": (0.3, -0.2, 0.5), "axis": (1.0, 2.0, -0.5), "direction": (0.3, 0.1, 1.0), "half_length": 0.7, "radius": 2.0}
 NOISE = {"length": 0.7, "seed": 12345, "clock": 0x12345678}
+NODES = np.random.default_rng(5).normal(size=(3, 4, 5, 3)).astype(np.float32)
 FORMULAS = ("sin(3*x)*y - t", "(x^2 + z^2 + 1)^-0.5 * exp(-abs(y))", "min(x, step(y, z)) + tanh(t*z)")
 
 
@@ -37,6 +39,7 @@ def flow_row(p: Primitive) -> FlowPrimitive:
     row.half_length, row.radius, row.time = p.half_length, p.radius, p.time
     row.length, row.seed, row.clock = p.length, p.seed, p.clock
     row.strength = wp.vec3(*p.strength) if isinstance(p.strength, tuple) else wp.vec3(p.strength, 0.0, 0.0)
+    row.inverse_spacing, row.outside = wp.vec3(*(1.0 / h for h in p.spacing)), OUTSIDES[p.outside]
     if p.type == "doublet":
         row.strength = row.direction * p.strength  # its moment
     return row
@@ -55,8 +58,8 @@ def velocities(primitives, points, device) -> np.ndarray:
         spans = [signals.add_program(compile_expression(text, PLACE)) for text in p.formulas]
         row.span = wp.vec4i(*[begin for begin, _ in spans], spans[-1][1])
     program = signals.tables(device).program
-    for row in rows:
-        row.program = program
+    for row, p in zip(rows, primitives, strict=True):
+        row.program, row.values = program, wp.array(p.nodes, dtype=wp.vec3, device=device)
     table = wp.array(rows, dtype=FlowPrimitive, device=device).reshape((1, len(primitives)))
     planar = wp.array(np.ascontiguousarray(points.T), dtype=float, device=device)
     out = wp.zeros_like(planar)
@@ -81,8 +84,10 @@ def primitives() -> list:
     cases = []
     for kind in flow.FLOWS:
         for core in CORES if kind.startswith("vortex") else ("ideal",):
-            p = Primitive(kind, strength_of(kind), **WHERE, core=core, core_radius=0.6, formulas=FORMULAS, time=0.4, **NOISE)
-            cases.append(pytest.param(p, id=f"{kind}-{core}"))
+            for outside in OUTSIDES if kind == "grid" else ("zero",):
+                p = Primitive(kind, strength_of(kind), **WHERE, core=core, core_radius=0.6, formulas=FORMULAS, time=0.4, **NOISE)
+                p.nodes, p.spacing, p.outside = NODES, (0.9, 0.8, 0.7), outside
+                cases.append(pytest.param(p, id=f"{kind}-{core}-{outside}"))
     return cases
 
 

@@ -1,11 +1,12 @@
 """Twin of kernels/flow.py: every primitive in float64, from the textbook form, singular where it is singular."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from tests.reference import noise
+from tests.reference.grids import grid
 from tests.reference.programs import evaluate
 from warpsim.scene.expressions import PLACE, compile_expression
 
@@ -28,6 +29,9 @@ class Primitive:
     length: float = 1.0
     seed: int = 0
     clock: int = 0
+    nodes: np.ndarray = field(default_factory=lambda: np.zeros((2, 2, 2, 3), np.float32))
+    spacing: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    outside: str = "zero"
 
 
 def unit(vector) -> np.ndarray:
@@ -159,6 +163,7 @@ FLOWS = {
     "vortex_ring": vortex_ring,
     "curl_noise": curl_noise,
     "expression": expression,
+    "grid": grid,
 }
 
 

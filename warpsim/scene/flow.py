@@ -5,7 +5,20 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
-from warpsim.scene.base import Direction, Mistake, Name, Number, Spec, Vec3, WholeNumber, is_number, mistakes, one_of_types
+from warpsim.scene.assets import asset_path
+from warpsim.scene.base import (
+    LARGEST_COORDINATE,
+    Direction,
+    Mistake,
+    Name,
+    Number,
+    Spec,
+    Vec3,
+    WholeNumber,
+    is_number,
+    mistakes,
+    one_of_types,
+)
 from warpsim.scene.expressions import PLACE, compile_expression
 from warpsim.scene.strengths import PositiveStrength, Strength, parsed
 
@@ -181,6 +194,37 @@ class CurlNoise(FlowPrimitive):
     )
     seed: WholeNumber = Field(0, ge=0, le=2**32 - 1, description="Which noise of all: equal seeds give equal noises [1].")
     travel: Travel = travel_field()
+
+
+Edge = Annotated[Number, Field(ge=1e-6, le=LARGEST_COORDINATE)]
+
+
+class Grid(FlowPrimitive):
+    """Velocities from a file, measured or computed elsewhere: given at the nodes of a box, and trilinear between them."""
+
+    strength_field: ClassVar[str] = "scale"
+    type: Literal["grid"] = Field("grid", description="Kind of flow.")
+    file: asset_path(".npz", ".nvdb") = Field(
+        description="npz: an array of shape (nx, ny, nz, 3), x first: the velocity at each node [m/s]; nvdb: a grid of type Vec3f [m/s]."
+    )
+    array: str = Field("velocity", min_length=1, max_length=200, description="Name of the array in an npz file.")
+    center: Vec3 | None = Field(None, description="Middle of the box; absent: the origin, or where an nvdb file has it [m].")
+    size: tuple[Edge, Edge, Edge] | None = Field(
+        None,
+        description="Edges of the box, from the first node to the last (how thick it is, where there is one node only); absent: as an nvdb "
+        "file has it, while an npz file needs it [m].",
+    )
+    outside: Literal["zero", "clamp"] = Field(
+        "zero", description="Outside the box: zero: still; clamp: as at the nearest point of the box."
+    )
+    scale: Strength = Field(1.0, description="What the file's velocities are multiplied by [1].")
+    travel: Travel = travel_field()
+
+    @model_validator(mode="after")
+    def _box_is_known(self):
+        if self.size is None and self.file.lower().endswith(".npz"):
+            raise mistakes([Mistake((), "an npz file does not say how large the grid is: give its size [m]", ("file", "size"))])
+        return self
 
 
 def _as_text(value: Any) -> Any:

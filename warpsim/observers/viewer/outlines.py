@@ -81,6 +81,11 @@ def _plane(wall, reach: float) -> list[Vector]:
     return [*lattice, wall.center, tip, *_arrow(wall.center, tip, 0.12 * reach)]
 
 
+def _grid(primitive, reach: float) -> list[Vector]:
+    """The box of a grid; that of an nvdb file stands in the file and is not drawn."""
+    return [] if primitive.size is None else _box(primitive.center or (0.0, 0.0, 0.0), primitive.size)
+
+
 def _wind(primitive, reach: float) -> list[Vector]:
     """An arrow along the wind; none for one that varies or is still."""
     velocity = [component if isinstance(component, float | int) else 0.0 for component in primitive.velocity]
@@ -130,6 +135,7 @@ _FORMS = {
     "vortex_ring": _ring,
     "cylinder": _tube,
     "wall": _plane,
+    "grid": _grid,
 }
 
 
