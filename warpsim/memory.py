@@ -12,7 +12,7 @@ from warpsim.scene.particles import MULTISTEP_SOLVERS
 
 BYTES_PER_PARTICLE = 60  # fields (52), flag of the living, and the place in a snapshot's index; a test holds it to the population's own
 BYTES_PER_PRIMITIVE = 384  # one row of a table of flow or forces
-BYTES_PER_EVENT = 56  # a row of the log of a kind of event, and its place in the prefix sum
+BYTES_PER_EVENT = 68  # a row of the log of a kind of event, and its place in the prefix sum
 BYTES_PER_NEIGHBOR = 64  # the grid, places in its order, and what neighbors do
 TABLE_PER_FILE = 8  # bytes of a mesh's table per byte of its file: 44 and more per triangle, of which a binary file spends 19
 BYTES_PER_SEGMENT = 40  # a run of births within a frame
