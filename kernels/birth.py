@@ -201,6 +201,8 @@ def emit_particle(i: int, j: int, id: wp.int64, births: Births, segment: Segment
         words = random_words(emitter.key, ordinal, LINEAGE)
         particles_out.lineage[0, i] = words[0]
         particles_out.lineage[1, i] = words[1]
+    if particles_out.contact.shape[0] > 0:
+        particles_out.contact[i] = 0
 
 
 @wp.func

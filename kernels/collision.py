@@ -33,9 +33,12 @@ from warpsim.kernels.contact import (
     skin_of,
     touch_collider,
 )
-from warpsim.kernels.response import Flight, begin_flight, begin_slide, bounce, follows, rub
+from warpsim.kernels.response import Flight, begin_flight, begin_slide, bounce, curvature, follows, rub
 
 MOST_CONTACTS = 12  # in a substep; who has had so many stays where it is until the next
+SHORT = wp.constant(
+    0.51
+)  # a bounce from w to −w under an acceleration a takes 2 w/a; half a kick from rest is none, whatever rounding says
 ALIKE = wp.constant(1.0e-6)  # relative: two velocities that rounding cannot tell apart
 
 
@@ -161,8 +164,8 @@ def resolve_touch(
         c.restitution = 0.0
         c.friction = 0.0
     wn = wp.min(wp.dot(touch.n, w), 0.0)
-    press = wp.max(-wp.dot(touch.n, pull), 0.0)
-    if tracer == 1 or -c.restitution * wn < press * span.h:
+    press = -wp.dot(touch.n, pull) + curvature(c, touch.q, w - touch.n * wp.dot(touch.n, w))
+    if tracer == 1 or -c.restitution * wn < SHORT * press * span.h:
         end = pose_after(colliders, span, touch.collider, span.h)
         return begin_slide(c, pose, end, touch, rub(w - touch.n * wp.dot(touch.n, w), -c.friction * wn), pull, f)
     return begin_flight(f, f.v + wp.quat_rotate(pose.rotation, bounce(c, w, touch.n) - w), a)

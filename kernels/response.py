@@ -68,20 +68,28 @@ def bounce(c: Collider, w: wp.vec3, n: wp.vec3) -> wp.vec3:
 
 @wp.func
 def curvature(c: Collider, q: wp.vec3, w: wp.vec3) -> float:
-    """Return w²/r of a point that follows a hollow round surface, what presses it on besides the forces [m/s²].  Source: Huygens 1673."""
-    if c.inside == 0 or (c.kind != SPHERE and c.kind != CAPSULE):
+    """Return ±w²/r of a point that follows a round surface [m/s²]: presses from inside, lifts from outside.  Source: Huygens 1673."""
+    if c.kind != SPHERE and c.kind != CAPSULE:
         return 0.0
     square = wp.dot(c.axis, c.axis)
     across = w
     if square > 0.0 and wp.abs(wp.dot(q, c.axis)) < square:
         across = w - c.axis * (wp.dot(w, c.axis) / square)
-    return wp.dot(across, across) / c.radius
+    return wp.dot(across, across) / wp.where(c.inside == 1, c.radius, -c.radius)
 
 
 @wp.func
 def follows(c: Collider) -> int:
     """Return 1 if a point that slides along the surface cannot meet the same collider again on its way."""
     return wp.where(c.kind == MESH or (c.inside == 1 and c.kind != SPHERE and c.kind != CAPSULE), 0, 1)
+
+
+@wp.func
+def turn_along(first: wp.vec3, last: wp.vec3, n: wp.vec3, a: wp.vec3, d: wp.vec3, brake: float) -> wp.vec3:
+    """Return the last velocity of a slide of d [m], turned into the surface there; its square is w² + 2 a·d − 2 brake |d|."""
+    tangent = last - n * wp.dot(n, last)
+    square = wp.max(wp.dot(first, first) + 2.0 * wp.dot(a, d) - 2.0 * brake * wp.length(d), 0.0)
+    return tangent * (wp.sqrt(square) / wp.max(wp.length(tangent), 1.0e-20))
 
 
 @wp.func
@@ -100,13 +108,13 @@ def begin_slide(c: Collider, pose: Pose, end: Pose, touch: Touch, w: wp.vec3, a:
         w = crease * wp.dot(crease, w)
         pull = crease * wp.dot(crease, pull)
         held_too = f.held
-    s = slide(w, pull, c.friction * wp.max(press + curvature(c, touch.q, w), 0.0), f.left)
+    brake = c.friction * wp.max(press + curvature(c, touch.q, w), 0.0)
+    s = slide(w, pull, brake, f.left)
     lifted = n * wp.max(0.5 * skin - touch.g, 0.0)
-    if c.inside == 1 and follows(c) == 1:  # round from within: the tangent leads into the wall
-        gap = measure_gap(c, touch.q + s.d)
+    if c.kind == SPHERE or c.kind == CAPSULE:
+        gap = measure_gap(c, touch.q + s.d)  # round: the tangent leads away
         lifted = gap.n * (0.5 * skin - gap.g)
-        tangent = s.w - gap.n * wp.dot(gap.n, s.w)
-        s.w = tangent * (wp.length(s.w) / wp.max(wp.length(tangent), 1.0e-20))
+        s.w = turn_along(w, s.w, gap.n, a, s.d + lifted, brake)
     x = f.x + wp.quat_rotate(pose.rotation, s.d + lifted)
     if c.moves == 1:
         x = out_of_frame(end, touch.q + s.d + lifted)

@@ -12,6 +12,8 @@ from warpsim.scene.strengths import Keyframes
 
 KINDS = {"plane": collider.PLANE, "sphere": collider.SPHERE, "box": collider.BOX, "capsule": collider.CAPSULE, "mesh": collider.MESH}
 
+SMALL = 0.1  # [m]: a plane has no size; this is what its skin would be of at the origin
+
 
 class Colliders:
     """The rows of a scene's colliders; meshes are read and built once, the rest may change while it runs.
@@ -35,7 +37,7 @@ class Colliders:
         row.radius = getattr(spec, "radius", 0.0)
         match spec.type:
             case "plane":
-                row.axis = wp.normalize(wp.vec3(*spec.normal))
+                row.axis, row.reach = wp.normalize(wp.vec3(*spec.normal)), SMALL
             case "sphere":
                 row.reach = spec.radius
             case "box":

@@ -12,6 +12,7 @@ from warpsim.scene.particles import MULTISTEP_SOLVERS
 
 BYTES_PER_PARTICLE = 60  # fields (52), flag of the living, and the place in a snapshot's index; a test holds it to the population's own
 BYTES_PER_PRIMITIVE = 384  # one row of a table of flow or forces
+BYTES_PER_COLLIDER = 208  # one row of a table of colliders
 BYTES_PER_EVENT = 68  # a row of the log of a kind of event, and its place in the prefix sum
 BYTES_PER_NEIGHBOR = 64  # the grid, places in its order, and what neighbors do
 TABLE_PER_FILE = 8  # bytes of a mesh's table per byte of its file: 44 and more per triangle, of which a binary file spends 19
@@ -33,12 +34,15 @@ def estimate_memory(scene: Scene) -> int:
         more += 12 * (order - 1) + 4 if order else 0
         heard = events_of(name, scene.systems)
         more += 4 * has_colors(system) + 8 * bool(heard) + 48 * any(on.event == "collision" for on in heard)
+        more += 4 * scene.sticky_to(system)
         total += BYTES_PER_EVENT * system.capacity * len(heard)
         total += BYTES_PER_NEIGHBOR * (system.capacity + 1024) * bool(felt_pairs(scene.forces, system.feels.forces))
         total += 3 * system.capacity * (BYTES_PER_PARTICLE + more)  # the state, that of frame 0, and the last good one
         total += sum(asset.path.stat().st_size * TABLE_PER_FILE for asset in assets_of(system.emitters))
         total += sum(BYTES_PER_SEGMENT * pieces(emitter, scene.time.fps) for emitter in system.emitters)
         total += (2 * substep_count + 1) * (flow_row_count(scene) + len(scene.forces)) * BYTES_PER_PRIMITIVE
+        total += (2 * substep_count + 2) * len(scene.colliders) * BYTES_PER_COLLIDER
+    total += sum(asset.path.stat().st_size * TABLE_PER_FILE for asset in assets_of(scene.colliders))
     return total + sum(grid_memory(spec, place) for place, spec in enumerate(scene.flow) if spec.type == "grid")
 
 

@@ -36,6 +36,7 @@ FIELDS = {
     "radius": Field(1, wp.float32, "m", "for Stokes drag"),
     "id": Field(2, wp.uint32, "1", "running number of births: low word, high word"),
 }
+CONTACT = {"contact": Field(1, wp.int32, "1", "place in the table of the collider that it sticks to, plus 1; 0: free")}
 
 
 class Population:

@@ -113,6 +113,45 @@ def test_many_particles_share_their_bits(native):
     assert len({hash_of(document, threads, native) for threads in (1, 1, 2, 3, 5, 16)} | {hash_of(document)}) == 1
 
 
+COLLIDERS = [
+    {"type": "plane", "center": [0, -0.6, 0], "restitution": 0.3, "friction": 0.2, "rotation": [5, 0, 10]},
+    {
+        "type": "sphere",
+        "center": [0.3, 0, 0],
+        "radius": 0.3,
+        "motion": {"center": [0.3, SINE, 0], "rotation": [0, {"expression": "90*t"}, 0]},
+    },
+    {"type": "sphere", "radius": 1.6, "side": "inside", "restitution": 1.0, "friction": 0.0},
+    {"type": "box", "size": [0.2, 0.5, 0.4], "center": [-0.4, 0, 0.2], "motion": {"rotation": [0, {"expression": "400*t"}, 30]}},
+    {"type": "box", "size": [2.5, 2.5, 2.5], "side": "inside", "rotation": [10, 20, 30]},
+    {"type": "capsule", "start": [-0.5, -0.4, -0.5], "end": [0.5, -0.3, 0.5], "radius": 0.1, "action": "stick"},
+    {"type": "capsule", "start": [0, 1.1, -0.5], "end": [0.2, 1.2, 0.5], "radius": 0.2, "action": "kill"},
+    {"type": "mesh", "center": [0, 0.4, 0], "scale": 0.2, "motion": {"rotation": [{"expression": "200*t"}, 0, 0]}},
+]
+
+
+@pytest.fixture(scope="module")
+def tetrahedron(tmp_path_factory):
+    path = tmp_path_factory.mktemp("meshes") / "tetrahedron.obj"
+    path.write_text("v 1 1 1\nv -1 -1 1\nv -1 1 -1\nv 1 -1 -1\nf 1 3 2\nf 1 4 3\nf 1 2 4\nf 2 3 4\n")
+    return str(path)
+
+
+@pytest.mark.parametrize("name", ["semi_implicit_euler", "rk4", "tracer_rk4", "adams_bashforth_2"])
+def test_collisions_share_their_bits(name, tetrahedron, always_parallel):
+    solids = [solid | ({"file": tetrahedron} if solid["type"] == "mesh" else {}) for solid in COLLIDERS]
+    document = crowd(name, 301, colliders=solids)
+    expected = hash_of(document)
+    assert hash_of(document, native=False) == expected, "plain kernels"
+    for threads in (2, 5):
+        assert hash_of(document, threads) == expected, threads
+    sim = Simulation(document, device="cpu", threads=1)
+    sim.run(FRAMES / 60)
+    population = sim.systems["p"].population
+    stuck = population.host("contact")
+    assert 0 < (stuck == 6).sum() < len(stuck) and set(stuck) == {0, 6} and population.counter("pushed") > 0, "everything did happen"
+
+
 @pytest.mark.parametrize("policy", ["reset", "kill"])
 @pytest.mark.parametrize("name", ["semi_implicit_euler", "tracer_rk4", "ballistic"])
 def test_unstable_particles_share_their_bits(name, policy, always_parallel):

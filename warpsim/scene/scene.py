@@ -12,7 +12,7 @@ from warpsim.scene.flow import FlowUnion
 from warpsim.scene.forces import ForceUnion, pair_mistakes
 from warpsim.scene.nearest import listed, nearest
 from warpsim.scene.obstacles import ObstacleUnion, unanswerable
-from warpsim.scene.particles import Particles, SystemUnion, repeated_names
+from warpsim.scene.particles import Particles, System, SystemUnion, repeated_names
 from warpsim.scene.timing import Time
 from warpsim.scene.verification import Oracles, misfit_oracles
 from warpsim.scene.viewing import Controls, NoSuchNumber, Slider, Viewing, sliders_of
@@ -74,6 +74,12 @@ class Scene(Spec):
         if found:
             raise mistakes(found)
         return self
+
+    def sticky_to(self, system: System) -> bool:
+        """Whether a system's particles may stick to a collider."""
+        feels = system.feels.colliders
+        felt = [one for k, one in enumerate(self.colliders) if (feels if isinstance(feels, bool) else k in feels or one.name in feels)]
+        return any(one.action == "stick" for one in felt)
 
     @property
     def sliders(self) -> list[Slider]:

@@ -10,7 +10,7 @@ from warpsim.frame import SystemFrame
 from warpsim.integrators import FIRST_ORDER_FORM, SECOND_ORDER_FORM, Ballistic, Integrator
 from warpsim.kernels import emission, integration, lifecycle_loops, lifetime
 from warpsim.launch import Stage
-from warpsim.population import FIELDS, Field, Population
+from warpsim.population import CONTACT, FIELDS, Field, Population
 from warpsim.scene import Scene
 from warpsim.scene.events import events_of, has_colors
 from warpsim.systems.emitters import Emission
@@ -56,7 +56,7 @@ class Particles:
         ballistic = self.method is Ballistic
         heard = events_of(name, scene.systems)
         fields = FIELDS | (BIRTH_STATE if ballistic else {}) | history_fields(self.method) | PointPacker.fields(spec.look)
-        fields |= (TINT if has_colors(spec) else {}) | fields_of(heard)
+        fields |= (TINT if has_colors(spec) else {}) | fields_of(heard) | (CONTACT if scene.sticky_to(spec) else {})
         self.population = Population(spec.capacity, fields, environment.device)
         self.surroundings = environment.feel(spec.feels, spec.coupling, substep_count)
         self.pace = integration.Pace()
