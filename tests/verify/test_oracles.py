@@ -33,6 +33,9 @@ LAWFUL = {  # kind -> the oracle, its surroundings, and what in them to change b
     "energy": ({**THROWN, "at": 0.5, "expect": 8.5 + 9.81}, {"solver": "verlet"}, ("gravity", 1)),
     "momentum": ({**THROWN, "of": "particle", "at": 0.5, "expect": [1, 4 - 9.81 / 2, 0]}, {}, ("gravity", 1)),
     "live_count": ({"system": "p", "at": 2.0, "expect": 500, "tolerance": 2.0}, TEN, ("systems", "p", "emitters", 0, "lifetime", "mean")),
+    "size": ({"system": "p", "at": 0.5, "expect": 1.0}, {"gravity": [0, 0, 0], "emitters": [
+        {"shape": {"type": "point"}, "burst": {"count": 4000}, "lifetime": 9, "velocity": {"cone": 180, "speed": 2.0}}]},
+             ("systems", "p", "emitters", 0, "velocity", "speed", "mean")),
 }  # fmt: skip
 
 

@@ -74,6 +74,26 @@ def test_the_potential_of_an_attractor_is_that_of_its_force(law):
     np.testing.assert_allclose(-np.array(slope), attractor_force(attractor, force, x), rtol=1e-6, atol=1e-9)
 
 
+@pytest.mark.parametrize("law", ["constant", "inverse_square", "spring", "linear", "cosine"])
+def test_the_potential_of_pairs_is_that_of_their_force(law, rng):
+    """Its slope along each coordinate is the force of the kernels' twin; 300 particles are more than are worked on at a time."""
+    from tests.reference.pairwise import Pair, pair_energy, pair_forces
+    from warpsim.verify import pairs
+
+    pair = Pair(-1.7, 0.4, law, 0.02)
+    spec = {"type": "pairwise", "strength": pair.strength, "radius": pair.radius, "law": law, "softening": pair.softening}
+    force = Scene.model_validate({"name": "x", "forces": [spec]}).forces[0]
+    x = rng.normal(size=(300, 3))
+    energy = pairs.pair_energy(x, [force], 0.0)
+    assert energy == pytest.approx(pair_energy([pair], x), rel=1e-12)
+    exact = pair_forces([pair], x)
+    for i, axis in ((0, 0), (7, 1), (299, 2)):
+        e = np.zeros_like(x)
+        e[i, axis] = 1e-6
+        slope = (pairs.pair_energy(x + e, [force], 0.0) - pairs.pair_energy(x - e, [force], 0.0)) / 2e-6
+        assert -slope == pytest.approx(exact[i, axis], rel=1e-4, abs=1e-5 * abs(exact).max())
+
+
 def attractor_force(twin, force, x: np.ndarray) -> np.ndarray:
     from types import SimpleNamespace
 
@@ -157,7 +177,7 @@ def test_the_living_of_a_rate_that_begins_and_ends():
 def test_the_laws_never_ask_the_kernels():
     import inspect
 
-    from warpsim.verify import amounts, emission_laws
+    from warpsim.verify import amounts, emission_laws, pairs
 
-    for module in (laws, amounts, emission_laws):
+    for module in (laws, amounts, emission_laws, pairs):
         assert not re.search(r"import.*(warp\b|kernels|simulation)", inspect.getsource(module).replace("warpsim.", "")), module

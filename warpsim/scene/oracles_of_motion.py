@@ -188,7 +188,7 @@ class PositionOracle(Bounded, Subject, Oracle):
 
 
 class EnergyOracle(Bounded, Subject, Oracle):
-    """Kinetic energy and that in gravity and attractors, of a test particle, or of the particles that live from `release` to `at`."""
+    """Kinetic energy and that in gravity and forces, of a test particle, or of the particles that live from `release` to `at`."""
 
     type: Literal["energy"] = Field("energy", description="Kind of oracle.")
     at: Moment = Field(description=AT)
@@ -201,7 +201,8 @@ class EnergyOracle(Bounded, Subject, Oracle):
         if self.spec_in(scene).coupling is not None and self.expect is None:
             return f"the flow gives energy to {self.system} and takes it (coupling): say what to expect"
         forces = felt(self.feels_in(scene).forces, scene.forces)
-        odd = next((force for force in forces if force.type != "attractor" or not is_number(force.strength)), None)
+        odd = next((force for force in forces if force.type not in ("attractor", "pairwise")), None)
+        odd = odd or next((force for force in forces if self.expect is None and not is_number(force.strength)), None)
         return odd and f"{self.system} feels a force without a potential that stays: {odd.type}"
 
 
@@ -217,6 +218,7 @@ class MomentumOracle(Bounded, Subject, Oracle):
         return self.release_misfits(scene)
 
     def lawless(self, scene) -> str | None:
-        if self.expect is not None or (self.spec_in(scene).coupling is None and not felt(self.feels_in(scene).forces, scene.forces)):
+        outer = [force for force in felt(self.feels_in(scene).forces, scene.forces) if force.type != "pairwise"]  # pairs cancel
+        if self.expect is not None or (self.spec_in(scene).coupling is None and not outer):
             return None
         return f"forces or the flow change the momentum of {self.system}: say what to expect"

@@ -1,4 +1,4 @@
-"""Oracles of the scene's own particles: how many live, and the state to the bit."""
+"""Oracles of the scene's own particles: how many live, how far they reach, and the state to the bit."""
 
 from typing import Annotated, ClassVar, Literal
 
@@ -34,6 +34,18 @@ class LiveCountOracle(Bounded, Oracle):
         if self.expect is None and any(emitter.on for emitter in counted):
             return f"no law says how many children of events {self.system} has: say what to expect"
         return None
+
+
+class SizeOracle(Bounded, Oracle):
+    """How far a system's particles lie from their mean place: the root of the mean square of the distance."""
+
+    type: Literal["size"] = Field("size", description="Kind of oracle.")
+    system: Name = Field(description="Particle system that is measured.")
+    at: Moment = Field(description=AT)
+    expect: Strength = Field(description="The distance [m].")
+
+    def misfits(self, scene) -> list[Mistake]:
+        return system_misfits(self.system, scene)
 
 
 class HashOracle(Oracle):

@@ -12,6 +12,7 @@ import numpy as np
 from warpsim.scene.oracles import felt
 from warpsim.scene.particles import Drag, StokesDrag
 from warpsim.verify.amounts import value_at
+from warpsim.verify.pairs import pair_energy
 
 
 @dataclass(frozen=True)
@@ -141,5 +142,7 @@ def energy(oracle, scene, x: np.ndarray, v: np.ndarray, m: np.ndarray, time: flo
     """Return kinetic and potential energy of particles at places x (n, 3) with velocities v (n, 3), under what acts on them [J]."""
     feels = oracle.feels_in(scene)
     g = np.array(scene.gravity if feels.gravity else (0.0, 0.0, 0.0))
-    potential = potential_energy(x, m, g, felt(feels.forces, scene.forces), time)
-    return float((0.5 * m * (v * v).sum(axis=1) + potential).sum())
+    forces = felt(feels.forces, scene.forces)
+    potential = potential_energy(x, m, g, [force for force in forces if force.type != "pairwise"], time)
+    between = pair_energy(x, [force for force in forces if force.type == "pairwise"], time)
+    return float((0.5 * m * (v * v).sum(axis=1) + potential).sum()) + between

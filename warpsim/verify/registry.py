@@ -22,6 +22,7 @@ MEASURERS: dict[str, type[Measurer]] = {
     "emission_variance": births.CountVarianceMeasurer,
     "uniformity": births.UniformityMeasurer,
     "live_count": systems.LiveCountMeasurer,
+    "size": systems.SizeMeasurer,
     "hash": systems.HashMeasurer,
 }
 

@@ -57,6 +57,18 @@ class LiveCountMeasurer(SceneMeasurer):
         return Reading(float(self._count), mean if expected is None else expected, math.sqrt(variance), remark)
 
 
+class SizeMeasurer(SceneMeasurer):
+    """√⟨|x − ⟨x⟩|²⟩ over all that live; what to expect is always said."""
+
+    def look(self, simulation) -> None:
+        x = simulation.frame()[self.oracle.system].position.astype(float)
+        self._count, self._time = len(x), simulation.time
+        self._size = math.sqrt(((x - x.mean(axis=0)) ** 2).sum(axis=1).mean()) if len(x) else math.nan
+
+    def reading(self) -> Reading:
+        return Reading(self._size, expected_at(self.oracle.expect, self._time), remark=f"of {self._count} particles")
+
+
 class TogetherMeasurer(SceneMeasurer):
     """Measures particles that live from `release` to `at`, together."""
 
@@ -100,7 +112,7 @@ class CentroidMeasurer(TogetherMeasurer):
 
 
 class TotalEnergyMeasurer(TogetherMeasurer):
-    """Σ ½ m v² − m g·x and what attractors hold."""
+    """Σ ½ m v² − m g·x, what attractors hold, and what pairs do."""
 
     def measure(self, state, time) -> float:
         return laws.energy(self.oracle, self.scene, state["position"], state["velocity"], state["mass"], time)
