@@ -93,7 +93,7 @@ def cos_turns(u: float) -> float:
     return sin_turns(u + 0.25)
 
 
-@wp.func
+@wp.func(inline=True)
 def exp64(x: wp.float64) -> wp.float64:
     """Return e^x, to 1e-15 relative; 0 below −708, e^709 above 709, NaN of NaN.  Source: Taylor series after reduction by ln 2."""
     if x != x:
@@ -109,7 +109,7 @@ def exp64(x: wp.float64) -> wp.float64:
     return p * power_of_two64(wp.int64(n))
 
 
-@wp.func
+@wp.func(inline=True)
 def log64(x: wp.float64) -> wp.float64:
     """Return ln x, to 1e-15; NaN for x <= 0 and for subnormal x.  Source: ln m = 2 artanh((m − 1)/(m + 1))."""
     if not x > wp.float64(2.3e-308):
@@ -128,7 +128,7 @@ def log64(x: wp.float64) -> wp.float64:
     return s * p + wp.float64(n) * wp.float64(0.69314718055994531)
 
 
-@wp.func
+@wp.func(inline=True)
 def sin_reduced64(x: wp.float64, n: wp.float64) -> wp.float64:
     """Return sin(x − nπ), |x − nπ| <= π/2, n a multiple of ½.  Source: Taylor series after reduction by π in three parts."""
     r = x - n * wp.float64(3.14159265346825122833)  # the leading 33 bits: exact times n < 2^19
@@ -142,21 +142,21 @@ def sin_reduced64(x: wp.float64, n: wp.float64) -> wp.float64:
     return r * p
 
 
-@wp.func
+@wp.func(inline=True)
 def parity64(n: wp.float64) -> wp.float64:
     """Return 1 for an even whole number, −1 for an odd one."""
     half = n * wp.float64(0.5)
     return wp.where(half == wp.floor(half), wp.float64(1.0), wp.float64(-1.0))
 
 
-@wp.func
+@wp.func(inline=True)
 def sin64(x: wp.float64) -> wp.float64:
     """Return sin x, x in radians, to 1e-15 for |x| < 1e6."""
     n = wp.floor(x * wp.float64(0.31830988618379067) + wp.float64(0.5))
     return parity64(n) * sin_reduced64(x, n)
 
 
-@wp.func
+@wp.func(inline=True)
 def cos64(x: wp.float64) -> wp.float64:
     """Return cos x, x in radians, to 1e-15 for |x| < 1e6: −sin(x − (n + ½)π) for even n."""
     n = wp.floor(x * wp.float64(0.31830988618379067))
@@ -168,9 +168,8 @@ def power64(x: wp.float64, y: wp.float64) -> wp.float64:
     """Return x^y: whole y up to 64 by multiplication (x may be negative), else e^{y ln x}; NaN where it is not real."""
     if y == wp.floor(y) and wp.abs(y) <= wp.float64(64.0):
         p = wp.float64(1.0)
-        for k in range(64):
-            if wp.float64(k) < wp.abs(y):
-                p = p * x
+        for _ in range(int(wp.abs(y))):
+            p = p * x
         return wp.where(y < wp.float64(0.0), wp.float64(1.0) / p, p)
     if x == wp.float64(0.0) and y > wp.float64(0.0):
         return wp.float64(0.0)

@@ -7,11 +7,13 @@ import warp as wp
 
 from warpsim.kernels.elementary import cos64, exp64, log64, power64, sin64
 
-NAMES = (
-    *("constant", "t", "x", "y", "z", "add", "subtract", "multiply", "divide", "power", "negate", "sin", "cos", "tan", "exp", "log"),
-    *("sqrt", "abs", "floor", "min", "max", "tanh", "step", "smoothstep", "clamp", "mod"),
-)
-OPERATIONS = {name: number for number, name in enumerate(NAMES)}  # what an Instruction's operation holds
+ARITIES = {
+    **dict.fromkeys(("constant", "t", "x", "y", "z"), 0),
+    **dict.fromkeys(("add", "subtract", "multiply", "divide", "power"), 2),
+    **dict.fromkeys(("negate", "sin", "cos", "tan", "exp", "log", "sqrt", "abs", "floor"), 1),
+    **{"min": 2, "max": 2, "tanh": 1, "step": 2, "smoothstep": 3, "clamp": 3, "mod": 2},
+}
+OPERATIONS = {name: number for number, name in enumerate(ARITIES)}  # what an Instruction's operation holds
 
 CONSTANT, T, X, Y, Z, ADD, SUBTRACT, MULTIPLY, DIVIDE, POWER, NEGATE, SIN, COS, TAN, EXP, LOG, SQRT = range(17)
 ABS, FLOOR, MIN, MAX, TANH, STEP, SMOOTHSTEP, CLAMP, MOD = range(17, 26)
@@ -21,17 +23,17 @@ Stack = wp.types.vector(length=16, dtype=wp.float64)
 
 @wp.struct
 class Instruction:
-    operation: int  # place in NAMES
+    operation: int  # place in ARITIES
     operand: wp.float64  # the value of a constant
 
 
-@wp.func
+@wp.func(inline=True)
 def tanh64(x: wp.float64) -> wp.float64:
     """Return tanh x = 1 − 2/(e^{2x} + 1)."""
     return wp.float64(1.0) - wp.float64(2.0) / (exp64(wp.float64(2.0) * x) + wp.float64(1.0))
 
 
-@wp.func
+@wp.func(inline=True)
 def smoothstep64(a: wp.float64, b: wp.float64, x: wp.float64) -> wp.float64:
     """Return 3s² − 2s³ with s = (x − a)/(b − a) held to [0, 1]."""
     s = (x - a) / (b - a)
@@ -40,7 +42,7 @@ def smoothstep64(a: wp.float64, b: wp.float64, x: wp.float64) -> wp.float64:
     return s * s * (wp.float64(3.0) - wp.float64(2.0) * s)
 
 
-@wp.func
+@wp.func(inline=True)
 def apply_unary(operation: int, x: wp.float64) -> wp.float64:
     """Return the operation of one operand."""
     if operation == NEGATE:
@@ -64,7 +66,7 @@ def apply_unary(operation: int, x: wp.float64) -> wp.float64:
     return tanh64(x)
 
 
-@wp.func
+@wp.func(inline=True)
 def apply_binary(operation: int, x: wp.float64, y: wp.float64) -> wp.float64:
     """Return the operation of two operands; `mod` has the sign of y, `step` is 1 from its first operand on."""
     if operation == ADD:
@@ -86,6 +88,14 @@ def apply_binary(operation: int, x: wp.float64, y: wp.float64) -> wp.float64:
     return wp.where(y < x, wp.float64(0.0), wp.float64(1.0))
 
 
+@wp.func(inline=True)
+def apply_ternary(operation: int, x: wp.float64, y: wp.float64, z: wp.float64) -> wp.float64:
+    """Return the operation of three operands; `clamp` holds the first between the others."""
+    if operation == CLAMP:
+        return wp.min(wp.max(x, y), z)
+    return smoothstep64(x, y, z)
+
+
 @wp.func
 def evaluate_program(program: wp.array[Instruction], begin: int, end: int, place: wp.vec3d, t: wp.float64) -> wp.float64:
     """Return the value of the postfix program program[begin:end] at a place [m] and time t [s]."""
@@ -100,12 +110,9 @@ def evaluate_program(program: wp.array[Instruction], begin: int, end: int, place
                 stack[top] = t
             elif operation >= X:
                 stack[top] = place[operation - X]
-        elif operation == SMOOTHSTEP:
+        elif operation == SMOOTHSTEP or operation == CLAMP:
             top = top - 2
-            stack[top] = smoothstep64(stack[top], stack[top + 1], stack[top + 2])
-        elif operation == CLAMP:
-            top = top - 2
-            stack[top] = wp.min(wp.max(stack[top], stack[top + 1]), stack[top + 2])
+            stack[top] = apply_ternary(operation, stack[top], stack[top + 1], stack[top + 2])
         elif operation == NEGATE or (operation >= SIN and operation <= FLOOR) or operation == TANH:
             stack[top] = apply_unary(operation, stack[top])
         else:

@@ -14,6 +14,7 @@ from warpsim.kernels.contact import CLEARANCES, path_reach
 from warpsim.kernels.emission import ACTIVE, FAULT, KILLED, LIVE, Particles
 from warpsim.kernels.encounter import meet_colliders
 from warpsim.kernels.environment import KILL, Environment, drag_rate
+from warpsim.kernels.expression_loops import BLOCK_FORMULAS, EXPRESSION_BLOCK
 from warpsim.kernels.flow import FLOWS
 from warpsim.kernels.forces import FORCES
 from warpsim.kernels.integration import FORMS, KIT, Pace, ballistic_position, drift, inside, kick
@@ -39,9 +40,13 @@ def share(part: int, part_count: int, count: int) -> wp.vec2i:
     return wp.vec2i(BLOCK * (blocks * part // part_count), wp.min(count, BLOCK * (blocks * (part + 1) // part_count)))
 
 
+WHOLE_BLOCKS = {"sample_expression": EXPRESSION_BLOCK}  # formulas that have loops of their own
+
+
 def cases(formulas, macro, row="q"):
     """Write a switch over kinds, so that the kind is decided once per block and not per particle."""
-    return " ".join(f"case {kind}: {macro}(${f.func.__name__}({row}, x)) break;" for kind, f in enumerate(formulas))
+    loops = (WHOLE_BLOCKS.get(f.func.__name__) or f"{macro}(${f.func.__name__}({row}, x))" for f in formulas)
+    return " ".join(f"case {kind}: {loop} break;" for kind, loop in enumerate(loops))
 
 
 PROLOGUE = """
@@ -186,7 +191,7 @@ TEXTS |= MULTISTEP_TEXTS
 MACROS = ("GET", "PUT", "ADD", "EACH", "FLOW", "FORCE", "NEAR")
 FORMULAS = (*FLOWS.values(), *FORCES.values(), age_at, drag_rate, living_step, inside, kick, drift)
 CONTACT_FORMULAS = (*CLEARANCES.values(), into_frame, path_reach, meet_colliders)
-FORMULAS += (*vars(KIT.glides).values(), KIT.whole_step, *(form.start for form in FORMS.values()))
+FORMULAS += (*BLOCK_FORMULAS, *vars(KIT.glides).values(), KIT.whole_step, *(form.start for form in FORMS.values()))
 
 
 def advance_text(loop: str) -> str:

@@ -61,7 +61,7 @@ class FlowProbe:
     def streamlines(self, seeds, length: float, step_count: int = 100, time: float | None = None) -> np.ndarray:
         """Return streamlines of the flow frozen at `time`: float32 (n, step_count + 1, 3) [m], `length` [m] downstream of seeds (n, 3).
 
-        Runge–Kutta of fourth order on dx/ds = v/|v|; a line that meets still fluid stays there.
+        Runge–Kutta of fourth order on dx/ds = v/|v|; a line that meets still fluid, or none that is finite, stays there.
         """
         lines = [checked(seeds).astype(float)]
         ds = length / step_count
@@ -75,6 +75,7 @@ class FlowProbe:
 
     def _direction(self, points: np.ndarray, time: float | None) -> np.ndarray:
         velocity = self._sample(points, time)
+        velocity[~np.isfinite(velocity).all(axis=1)] = 0.0
         speed = np.linalg.norm(velocity, axis=1, keepdims=True)
         return velocity / np.where(speed > 1e-12, speed, np.inf)
 

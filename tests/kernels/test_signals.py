@@ -39,7 +39,9 @@ def sampled(strengths, times, device) -> np.ndarray:
 def test_every_form_has_a_twin_and_every_operation_too():
     assert set(signals.SIGNALS) == set(FORMS)
     assert set(programs.OPERATIONS) | {"constant", *PLACE} == set(OPERATIONS)
-    assert list(expressions.NAMES) == list(OPERATIONS), "the scene's operations and the device's are the same, in one order"
+    assert list(expressions.ARITIES.items()) == list(OPERATIONS.items()), (
+        "the scene's operations and the device's are the same, in one order"
+    )
 
 
 def test_signals_equal_the_twin(device):
