@@ -13,6 +13,7 @@ VORTEX = {"type": "vortex", "axis": [0, 0, 1], "circulation": 2.0}
 SOURCE = {"type": "source", "axis": [0, 0, 1], "rate": 1.5}
 WIND = {"type": "uniform", "velocity": [3.0, 0, 0]}
 SPRING = {"type": "attractor", "strength": 4.0, "law": "spring"}
+SPINNER = {"type": "cylinder", "axis": [0, 0, 1], "radius": 0.5, "circulation": 1.5}
 ROUND = {"center": [0.1, 0, 0], "axis": [0, 0, 1], "radius": 0.5}
 THROWN = {"system": "p", "start": [0, 1, 0], "velocity": [1, 4, 0], "mass": 1.0}
 CIRCLING = {"system": "p", "start": [0.5, 0, 0], "velocity": [0, 1, 0], "mass": 1.0}
@@ -24,6 +25,8 @@ LAWFUL = {  # kind -> the oracle, its surroundings, and what in them to change b
     "circulation": ({**ROUND, "expect": 2.0}, {"flow": [VORTEX, SOURCE, WIND]}, ("flow", 0, "circulation")),
     "flux": ({**ROUND, "expect": 1.5}, {"flow": [VORTEX, SOURCE, WIND]}, ("flow", 1, "rate")),
     "discharge": ({**ROUND, "axis": [1, 0, 0], "expect": 0.75 * np.pi}, {"flow": [WIND]}, ("flow", 0, "velocity", 0)),
+    "pressure_force": ({"axis": [0, 0, 1], "radius": 0.5, "density": 1.2, "expect": [0, -3.6 * 1.5, 0]}, {"flow": [WIND], "obstacles": [SPINNER]},
+                       ("flow", 0, "velocity", 0)),
     "streamline": ({"start": [0.5, 0, 0], "length": np.pi, "expect": [0.5, 0, 0]}, {"flow": [VORTEX]}, None),
     "terminal_speed": ({"system": "p", "mass": 1.0, "at": 9}, {"coupling": {"alpha": 2.0}, "flow": [WIND]}, ("gravity", 1)),
     "relaxation": ({**THROWN, "at": 0.5}, {"coupling": {"alpha": 2.0}, "flow": [WIND]}, ("systems", "p", "coupling", "alpha")),

@@ -74,6 +74,18 @@ class DischargeOracle(Bounded, Oracle):
     expect: Strength = Field(description="The discharge [m^3/s].")
 
 
+class PressureForceOracle(Bounded, Oracle):
+    """The force of the pressure on a cylinder in a steady flow, per length of it: for a turning one in a stream, density U circulation."""
+
+    type: Literal["pressure_force"] = Field("pressure_force", description="Kind of oracle.")
+    center: Vec3 = Field((0.0, 0.0, 0.0), description="Center of the circle that is its surface [m].")
+    axis: Direction = Field((0.0, 1.0, 0.0), description="Axis of the cylinder, of any length [1].")
+    radius: Length = Field(description="Radius of the cylinder [m].")
+    density: Number = Field(gt=0.0, le=1e12, description="Density of the fluid, 1.2 for air [kg/m^3].")
+    at: Moment = Field(0.0, description=AT)
+    expect: tuple[Strength, Strength, Strength] = Field(description="The force per length [N/m].")
+
+
 class StreamlineOracle(Bounded, Oracle):
     """Where a streamline of the flow, frozen at a moment, ends: after a length, or where it first crosses a plane."""
 

@@ -65,6 +65,13 @@ class DischargeMeasurer(_Probed):
         return flow.discharge(oracle.center, oracle.axis, oracle.radius, oracle.at)
 
 
+class PressureForceMeasurer(_Probed):
+    """−∮ p n ds round a cylinder, by Bernoulli."""
+
+    def measure(self, flow, oracle) -> np.ndarray:
+        return flow.pressure_force(oracle.center, oracle.axis, oracle.radius, oracle.density, oracle.at)
+
+
 class StreamlineMeasurer(_Probed):
     """Where a streamline ends; on a plane by the chord between the two points beside it."""
 

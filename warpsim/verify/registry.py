@@ -10,6 +10,7 @@ MEASURERS: dict[str, type[Measurer]] = {
     "circulation": flow.CirculationMeasurer,
     "flux": flow.FluxMeasurer,
     "discharge": flow.DischargeMeasurer,
+    "pressure_force": flow.PressureForceMeasurer,
     "streamline": flow.StreamlineMeasurer,
     "terminal_speed": motion.TerminalSpeedMeasurer,
     "relaxation": motion.RelaxationMeasurer,
