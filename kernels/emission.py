@@ -14,8 +14,8 @@ from warpsim.kernels.signals import Signals, sample_signal
 UNIFORM, SCALED_UNIFORM, NORMAL, POISSON = range(4)
 COUNT_LAWS = {"uniform": UNIFORM, "scaled_uniform": SCALED_UNIFORM, "normal": NORMAL, "poisson": POISSON}
 VALUE_LAWS = {"uniform": UNIFORM, "normal": NORMAL}
-LIVE, ACTIVE, BORN, REFUSED, KILLED, NEXT_ID, FAULT, CHILDREN, PUSHED, COUNTER_COUNT = range(
-    10
+LIVE, ACTIVE, BORN, REFUSED, KILLED, NEXT_ID, FAULT, CHILDREN, PUSHED, COARSE, COUNTER_COUNT = range(
+    11
 )  # a population's counters, int64, on the device
 MOST_BIRTHS = wp.constant(wp.float64(1.0e12))  # in one interval: what can be counted, far beyond what can be born
 
@@ -135,6 +135,7 @@ class Particles:
     # What only some systems have; without it an array is empty.
     history: wp.array2d[float]  # (3 per past value, capacity) drive of a multistep method, latest first; no rows: it needs none
     history_count: wp.array[int]  # how many of them there are
+    level: wp.array[int]  # of one that chooses its substeps, log₂ of how many it takes per frame
     internal: wp.array2d[float]  # (3, capacity) acceleration by the neighbors [m/s²]; not a field, made anew each substep
     contact: wp.array[int]  # number of the collider it sticks to, plus 1; 0: free
     impact: wp.array2d[float]  # (10, capacity) of the frame's first impact: place [m], velocity before [m/s], normal, time since [s]

@@ -40,7 +40,7 @@ class Announcer:
                 index=story.index,
                 frame_count=frame_count,
                 time=story.time,
-                steps_per_second=frames_per_second * story.scene.time.substeps if counts else 0.0,
+                steps_per_second=frames_per_second * steps_per_frame(story.scene) if counts else 0.0,
                 real_time_factor=frames_per_second / story.scene.time.fps if counts else 0.0,
                 live={name: frame[name].count for name in frame},
                 values={slider.path: slider.value for slider in story.scene.sliders if slider.value is not None},
@@ -64,3 +64,8 @@ class Announcer:
         elif now - self._lap[1] >= PACE_PERIOD:
             self._lap, self._pace = (made, now), (made - self._lap[0]) / (now - self._lap[1])
         return self._pace
+
+
+def steps_per_frame(scene) -> int:
+    """Return the scene's substeps; where particles choose their own, frames are all there is to count."""
+    return 1 if scene.time.substeps == "auto" else scene.time.substeps

@@ -162,6 +162,8 @@ def unsuitable(scene: Scene, name: str) -> list[Problem]:
         found.append(Problem(words, path=f"{place}.emitters"))
     if scene.time.duration <= 0.0:
         found.append(Problem("a path needs a duration above 0 s", path="time.duration"))
+    if scene.colliders and spec.feels.colliders not in (False, ()):
+        found.append(Problem("convergence is measured without colliders (add feels: {colliders: false})", path="colliders"))
     if spec.coupling is not None:
         for k, flow in enumerate(scene.flow):
             if felt(flow, k, spec.feels.flow) and flow.type not in FLOWS:

@@ -8,6 +8,7 @@ from warpsim.scene.assets import assets_of
 from warpsim.scene.events import events_of, has_colors
 from warpsim.scene.forces import felt_pairs
 from warpsim.scene.obstacles import answers
+from warpsim.scene.pacing import is_adaptive, substep_count
 from warpsim.scene.particles import MULTISTEP_SOLVERS
 
 BYTES_PER_PARTICLE = 60  # fields (52), flag of the living, and the place in a snapshot's index; a test holds it to the population's own
@@ -28,10 +29,11 @@ def estimate_memory(scene: Scene) -> int:
     """Return the bytes a simulation of the scene will take on its device, snapshots for the last good state included."""
     total = 0
     for name, system in scene.systems.items():
-        substep_count = system.substeps or scene.time.substeps
+        count = substep_count(system, scene.time)
         more = (24 if system.motion == "ballistic" else 0) + (12 * system.look.trail.points if system.look.trail else 0)
         order = MULTISTEP_SOLVERS.get(system.solver, 0)
         more += 12 * (order - 1) + 4 if order else 0
+        more += 4 * is_adaptive(system, scene.time)
         heard = events_of(name, scene.systems)
         more += 4 * has_colors(system) + 8 * bool(heard) + 48 * any(on.event == "collision" for on in heard)
         more += 4 * scene.sticky_to(system)
@@ -40,8 +42,8 @@ def estimate_memory(scene: Scene) -> int:
         total += 3 * system.capacity * (BYTES_PER_PARTICLE + more)  # the state, that of frame 0, and the last good one
         total += sum(asset.path.stat().st_size * TABLE_PER_FILE for asset in assets_of(system.emitters))
         total += sum(BYTES_PER_SEGMENT * pieces(emitter, scene.time.fps) for emitter in system.emitters)
-        total += (2 * substep_count + 1) * (flow_row_count(scene) + len(scene.forces)) * BYTES_PER_PRIMITIVE
-        total += (2 * substep_count + 2) * len(scene.colliders) * BYTES_PER_COLLIDER
+        total += (2 * count + 1) * (flow_row_count(scene) + len(scene.forces)) * BYTES_PER_PRIMITIVE
+        total += (2 * count + 2) * len(scene.colliders) * BYTES_PER_COLLIDER
     total += sum(asset.path.stat().st_size * TABLE_PER_FILE for asset in assets_of(scene.colliders))
     return total + sum(grid_memory(spec, place) for place, spec in enumerate(scene.flow) if spec.type == "grid")
 

@@ -13,7 +13,7 @@ from warpsim.kernels.loops import BLOCK
 
 COUNTERS = {"live": emission.LIVE, "active": emission.ACTIVE, "born": emission.BORN, "refused": emission.REFUSED}
 COUNTERS |= {"killed": emission.KILLED, "next_id": emission.NEXT_ID, "fault": emission.FAULT}
-COUNTERS |= {"children": emission.CHILDREN, "pushed": emission.PUSHED}
+COUNTERS |= {"children": emission.CHILDREN, "pushed": emission.PUSHED, "coarse": emission.COARSE}
 
 
 @dataclass(frozen=True)

@@ -80,6 +80,7 @@ class Reporter:
         self._lap = (0, 0.0)
         self._due = time.perf_counter() + REPORT_PERIOD
         self._overflowing: set[str] = set()
+        self._inexact: set[str] = set()
 
     def report_if_due(self) -> None:
         """Tell how far the run is, a few times a second, with the speed since the last report."""
@@ -102,9 +103,17 @@ class Reporter:
         for name in [name for name, numbers in statistics.items() if numbers["refused"] and name not in self._overflowing]:
             self._overflowing.add(name)
             self._note_overflow(self._audience.note, name)
+        for name in [name for name, numbers in statistics.items() if numbers.get("inexact") and name not in self._inexact]:
+            self._inexact.add(name)
+            self._audience.note(f"{name} at frame {story.index}: the most substeps do not keep the tolerance {inexactly(name)}")
         frame_time = busy / max(1, made)
         speed = 1.0 / (story.scene.time.fps * max(frame_time, 1e-9))
         return Report(story.index, self._frame_count, story.time, frame_time, speed, statistics)
 
     def _note_overflow(self, note: Callable[[str], None], name: str) -> None:
         note(f"{name} is full at frame {self._story.index}: births are refused (raise systems.{name}.capacity)")
+
+
+def inexactly(name: str) -> str:
+    """Return what to do about particles whom the most substeps do not suffice."""
+    return f"(raise systems.{name}.max_substeps or systems.{name}.tolerance)"

@@ -232,7 +232,8 @@ class Simulation:
     def statistics(self) -> dict[str, dict[str, float]]:
         """Return by system: live particles, births so far, refused for want of room, killed beyond the extent, kinetic energy [J].
 
-        Where emitters listen to events: children, how many of the births were of these.
+        Where emitters listen to events: children, how many of the births were of these. Where particles choose their substeps: their mean
+        number per frame, and inexact, in how many frames of a particle even the most substeps did not keep the tolerance.
         """
         result = {}
         for name, system in self.systems.items():
@@ -243,6 +244,8 @@ class Simulation:
             result[name]["kinetic_energy"] = float(0.5 * (p.host("mass") * speed2).sum())
             if any(emitter.on for emitter in system.spec.emitters):
                 result[name]["children"] = p.counter("children")
+            if system.care is not None:
+                result[name] |= system.substep_statistics()
         return result
 
     def time_stages(self) -> dict[str, float]:
@@ -284,5 +287,6 @@ class Simulation:
         words = system.population.host("id").astype(np.uint64)
         ids = (words[0] | (words[1] << np.uint64(32)))[~good]
         substep_count = system.pace.substep_count
-        suggestion = f"try substeps: {2 * substep_count} for this system, or weaker forces"
+        finer = "max_substeps" if system.care is not None else "substeps"
+        suggestion = f"try {finer}: {2 * substep_count} for this system, or weaker forces"
         return UnstableError(name, [int(i) for i in ids], self.index, self.time, suggestion)

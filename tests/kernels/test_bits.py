@@ -168,6 +168,18 @@ def test_unstable_particles_share_their_bits(name, policy, always_parallel):
     assert max(counts) > 10
 
 
+@pytest.mark.parametrize("name", ["abm_pece_2", "abm_pece_4", "tracer_abm_pece_4"])
+def test_chosen_substeps_share_their_bits(name, always_parallel):
+    """Born within a frame, dying within one, some content with few substeps and some not with the most."""
+    document = crowd(name, 301, substeps="auto", tolerance=2e-5, max_substeps=8)
+    expected = hash_of(document)
+    assert all(hash_of(document, threads, native) == expected for native, threads in ((False, 1), (True, 3), (False, 3)))
+    sim = Simulation(document, device="cpu", threads=1)
+    sim.seek(FRAMES)
+    statistics = sim.statistics()["p"]
+    assert 1.0 < statistics["substeps"] < 8.0 and statistics["inexact"] > 0
+
+
 def test_watching_does_not_change_the_bits():
     document = crowd("semi_implicit_euler", 301)
     kept = []

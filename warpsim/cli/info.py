@@ -61,7 +61,7 @@ def _scene_facts(path: Path) -> dict[str, object]:
         "name": scene.name,
         "description": " ".join(scene.description.split()),
         "file": str(path),
-        "duration": f"{scene.time.duration:g} s, {scene.time.fps:g} frames/s, {scene.time.substeps} substeps{prewarm}",
+        "duration": f"{scene.time.duration:g} s, {scene.time.fps:g} frames/s, substeps: {scene.time.substeps}{prewarm}",
         "seed": scene.seed,
         "gravity": _list_of(scene.gravity) + " m/s^2",
         "flow": [_entry(entry) for entry in scene.flow],

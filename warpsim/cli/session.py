@@ -10,6 +10,7 @@ from warpsim.cli.scenes import WATCH_PERIOD, SceneFile
 from warpsim.interruption import Interruption
 from warpsim.observers.recorder import CHANGES, OccupiedFolder
 from warpsim.observers.snapshot import NoPicture
+from warpsim.reporting import inexactly
 from warpsim.runner import MisfitChange, NoSuchDevice, Outcome, Settings, Showing, run_scene
 from warpsim.scene import SceneError
 
@@ -84,6 +85,9 @@ def _tell(outcome: Outcome, settings: Settings, audience: PlainLines) -> None:
     for name, numbers in report.statistics.items() if report else ():
         if numbers["refused"]:
             audience.note(f"{name}: {numbers['refused']} births were refused for lack of room (systems.{name}.capacity)")
+        if numbers.get("inexact"):
+            words = f"{name}: the tolerance was not kept in {numbers['inexact']} frames of particles, counted one by one"
+            audience.note(f"{words} {inexactly(name)}")
     if report and settings.record:
         audience.note(f"recorded frames 0 to {report.index} in {settings.record}")
         changes = settings.record / CHANGES

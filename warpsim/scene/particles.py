@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 from warpsim.scene.base import Mistake, Name, Number, Spec, Truth, WholeNumber, form_by_key, mistakes, one_of_forms, one_of_types
 from warpsim.scene.emitters import Emitter
 from warpsim.scene.look import Look
+from warpsim.scene.pacing import Substeps
 
 MULTISTEP_SOLVERS = {"adams_bashforth_2": 2, "adams_bashforth_3": 3, "adams_bashforth_4": 4, "abm_pece_2": 2, "abm_pece_4": 4}  # orders
 Solver = Literal[
@@ -69,7 +70,7 @@ class Feels(Spec):
 class System(Spec):
     """One population of mass points. A subclass registers itself by being defined before the scene is."""
 
-    substeps: Annotated[WholeNumber, Field(ge=1, le=10_000)] | None = Field(None, description="Steps per frame; absent: the scene's [1].")
+    substeps: Substeps | None = Field(None, description="Steps per frame, or auto; absent: the scene's [1].")
     feels: Feels = Field(Feels(), description="What acts on the system.")
     look: Look = Field(Look(), description="How it is drawn.")
 
@@ -91,6 +92,14 @@ class Particles(System):
         "dynamic",
         description="dynamic: step by step; ballistic: in closed form under gravity alone, without forces, colliders, coupling and solver.",
     )
+    tolerance: Annotated[Number, Field(ge=1e-9, le=1e6)] | None = Field(
+        None,
+        description="For substeps: auto, how far one substep's error may carry a particle by the end of a frame; absent: 1e-4 [m].",
+    )
+    max_substeps: Annotated[WholeNumber, Field(ge=1, le=1024)] | None = Field(
+        None,
+        description="For substeps: auto, the most steps per frame, a power of two; whom they do not suffice is counted; absent: 64 [1].",
+    )
     emitters: tuple[Emitter, ...] = Field((), max_length=1024, description="Where particles are born.")
 
     @property
@@ -109,6 +118,9 @@ class Particles(System):
         elif self.coupling == "tracer" and self.solver not in (None, *TRACER_SOLVERS):
             message = f"a tracer has no velocity of its own: its solver is one of {', '.join(TRACER_SOLVERS)}, not {self.solver}"
             found.append(Mistake(("solver",), message, ("solver", "coupling", "motion")))
+        if self.max_substeps and self.max_substeps & (self.max_substeps - 1):
+            lower = 1 << (self.max_substeps.bit_length() - 1)
+            found.append(Mistake(("max_substeps",), f"must be a power of two, such as {lower} or {2 * lower}, got {self.max_substeps}"))
         found += repeated_names("emitters", self.emitters)
         if found:
             raise mistakes(found)

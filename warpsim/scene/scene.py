@@ -12,6 +12,7 @@ from warpsim.scene.flow import FlowUnion
 from warpsim.scene.forces import ForceUnion, pair_mistakes
 from warpsim.scene.nearest import listed, nearest
 from warpsim.scene.obstacles import ObstacleUnion, unanswerable
+from warpsim.scene.pacing import pacing_mistakes
 from warpsim.scene.particles import Particles, System, SystemUnion, repeated_names
 from warpsim.scene.timing import Time
 from warpsim.scene.verification import Oracles, misfit_oracles
@@ -69,7 +70,7 @@ class Scene(Spec):
                     words = f"knows gravity only, but the scene has {key} (add feels: {{{key}: false}} to ignore them)"
                     found.append(Mistake(("systems", name, "motion"), f"motion: ballistic {words}", (key,)))
         found += event_mistakes(self)
-        found += pair_mistakes(self.forces, self.systems)
+        found += pair_mistakes(self.forces, self.systems) + pacing_mistakes(self)
         found += _lost_controls(self) + misfit_oracles(self)
         if found:
             raise mistakes(found)

@@ -8,11 +8,12 @@ import warp as wp
 from warpsim.environment import Environment
 from warpsim.frame import SystemFrame
 from warpsim.integrators import FIRST_ORDER_FORM, SECOND_ORDER_FORM, Ballistic, Integrator
-from warpsim.kernels import emission, integration, lifecycle_loops, lifetime
+from warpsim.kernels import adaptive, emission, integration, lifecycle_loops, lifetime
 from warpsim.launch import Stage
 from warpsim.population import CONTACT, FIELDS, Field, Population
 from warpsim.scene import Scene
 from warpsim.scene.events import events_of, has_colors
+from warpsim.scene.pacing import MOST_SUBSTEPS, TOLERANCE, is_adaptive, substep_count
 from warpsim.systems.emitters import Emission
 from warpsim.systems.events import TINT, Events, fields_of
 from warpsim.systems.pairs import PairForces
@@ -33,11 +34,20 @@ def method_of(spec) -> type[Integrator]:
     return SECOND_ORDER_FORM[spec.solver or "semi_implicit_euler"]
 
 
-def history_fields(method: type[Integrator]) -> dict[str, Field]:
-    """Return the rows that a multistep method keeps of each particle."""
+def care_of(spec) -> adaptive.Care:
+    """Return what a system asks of substeps that its particles choose themselves."""
+    care = adaptive.Care()
+    care.tolerance = spec.tolerance or TOLERANCE
+    care.finest = (spec.max_substeps or MOST_SUBSTEPS).bit_length() - 1
+    return care
+
+
+def history_fields(method: type[Integrator], chooses: bool) -> dict[str, Field]:
+    """Return the rows that a multistep method keeps of each particle, which may choose its substeps."""
     if not method.past:
         return {}
-    return {
+    level = {"level": Field(1, wp.int32, "1", "log2 of the substeps per frame that it has chosen")}
+    return (level if chooses else {}) | {
         "history": Field(3 * method.past, wp.float32, "m/s^2 or m/s", "drive at earlier substeps, latest first (kernels/multistep.py)"),
         "history_count": Field(1, wp.int32, "1", "how many of them there are: fewer after birth and after a collision"),
     }
@@ -52,16 +62,18 @@ class Particles:
     def __init__(self, name: str, spec, scene: Scene, environment: Environment, clock: wp.array, earlier: Mapping[str, "Particles"]):
         self.name, self.spec, self._clock, self._fps = name, spec, clock, scene.time.fps
         self.method = method_of(spec)
-        substep_count = spec.substeps or scene.time.substeps
+        count = substep_count(spec, scene.time)
+        self.care = care_of(spec) if is_adaptive(spec, scene.time) else None
         ballistic = self.method is Ballistic
         heard = events_of(name, scene.systems)
-        fields = FIELDS | (BIRTH_STATE if ballistic else {}) | history_fields(self.method) | PointPacker.fields(spec.look)
-        fields |= (TINT if has_colors(spec) else {}) | fields_of(heard) | (CONTACT if scene.sticky_to(spec) else {})
+        fields = FIELDS | (BIRTH_STATE if ballistic else {}) | history_fields(self.method, self.care is not None)
+        fields |= PointPacker.fields(spec.look) | (TINT if has_colors(spec) else {})
+        fields |= fields_of(heard) | (CONTACT if scene.sticky_to(spec) else {})
         self.population = Population(spec.capacity, fields, environment.device)
-        self.surroundings = environment.feel(spec.feels, spec.coupling, substep_count)
+        self.surroundings = environment.feel(spec.feels, spec.coupling, count)
         self.pace = integration.Pace()
-        self.pace.dt, self.pace.fps, self.pace.substep_count = 1.0 / (scene.time.fps * substep_count), scene.time.fps, substep_count
-        self.pace.first, self.pace.last = 0, substep_count
+        self.pace.dt, self.pace.fps, self.pace.substep_count = 1.0 / (scene.time.fps * count), scene.time.fps, count
+        self.pace.first, self.pace.last = 0, count
         self.particles = self._view("position", "velocity")
         self.pairs = self._pair_forces(environment)
         self.newborn = self._view("birth_position", "birth_velocity") if ballistic else self.particles
@@ -104,6 +116,11 @@ class Particles:
         if self.pairs is not None:
             yield from self.pairs.stages(self.particles, self.method, self.surroundings, native)
             return
+        if self.care is not None:
+            plain, loop = adaptive.ADVANCE[self.method.name]
+            inputs = (self.care, self.pace, self._clock, self.surroundings.row, self.particles, self.population.counters)
+            yield Stage("advance", plain, self.population.capacity, inputs, loop)
+            return
         plain, loop = self.method.kernels(self.surroundings)
         states = (self.newborn, self.particles) if self.newborn is not self.particles else (self.particles,)
         inputs = (self.pace, self._clock, self.surroundings.row, *states, self.population.counters)
@@ -123,6 +140,11 @@ class Particles:
             self.pairs.change(environment.laws(spec.feels))
         self.emission.change(spec, scene)
         self.points.change(spec.look)
+
+    def substep_statistics(self) -> dict[str, float]:
+        """Return of a system whose particles choose their substeps: the mean number per frame, and how often the most did not suffice."""
+        chosen = np.exp2(self.population.host("level"))
+        return {"substeps": float(chosen.mean()) if len(chosen) else 0.0, "inexact": self.population.counter("coarse")}
 
     def save(self) -> dict[str, np.ndarray]:
         """Return a copy of the full state."""
