@@ -72,12 +72,14 @@ def sample_vortex_ring(p: FlowPrimitive, x: wp.vec3) -> wp.vec3:
     b = wp.sqrt(b)
     e = 0.25 / a
     tau = e * e
-    for n in range(4):
+    weight = float(1.0)
+    for _n in range(4):
         mean = 0.5 * (a + b)
         b = wp.sqrt(a * b)
         a = mean
         e = 0.25 * k2 * e * e / a
-        tau = tau + wp.static(float(2 << n)) * e * e
+        weight = 2.0 * weight
+        tau = tau + weight * e * e
     common = p.strength[0] * R / ((a + b) * wp.sqrt(Q))
     across = soft[1] * 4.0 * R * (0.5 - (2.0 - k2) * tau) / (P * Q)  # of ∮ cos φ dφ/D^{3/2}
     along = R * (1.0 + 2.0 * k2 * tau) / Q - (rho - R) * rho * across

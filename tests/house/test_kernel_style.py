@@ -100,6 +100,12 @@ def test_kernel_function_marks_what_it_writes(path, node):
     assert written == marked, f"written {sorted(written)} but marked {sorted(marked)}"
 
 
+@each_module
+def test_kernel_module_has_nothing_static(path):
+    """Warp 1.19 hashes a wp.static in an unrolled loop only once it has been built: a module's name in the cache would depend on the past."""
+    assert not [n.lineno for n in ast.walk(TREES[path]) if isinstance(n, ast.Call) and ast.unparse(n.func) == "wp.static"]
+
+
 @each_function
 def test_kernel_function_has_no_hidden_atomics(path, node):
     added = [n.lineno for n in ast.walk(node) if isinstance(n, ast.AugAssign) and isinstance(n.target, ast.Subscript)]

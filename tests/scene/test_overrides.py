@@ -74,7 +74,7 @@ def test_what_an_alias_repeats_changes_in_one_place_only():
         ("seed=1e400", 6, None, "too large"),
         ("flow.swirl.type=vrtex", 17, "vortex", "unknown type"),
         ("flow.swirl.circulation.expression=sn(t)", 35, "sin", "unknown function"),
-        ("systems.dust.solver=verlet", 21, None, "euler or rk4"),
+        ("systems.dust.solver=verlet", 21, None, "one of euler, rk4"),
         ("systems.sparks.feels.flow=[a]", 28, None, "in flow"),
     ],
 )
