@@ -100,6 +100,7 @@ verify:
   - {type: emission_mean, system: sparks, emitter: bowl, of: count, from: 1, to: 4, tolerance: {sigma: 4}}
   - {type: emission_variance, system: sparks, of: lifetime, to: 4, expect: 0, tolerance: 1e-6}
   - {type: uniformity, system: sparks, of: place, bins: 16, to: 4, tolerance: {sigma: 4}}
+  - {type: convergence_order, system: sparks, solver: heun, tolerance: 0.15}
   - {type: hash, at: 1, device: cpu, expect: 0123456789abcdef0123456789abcdef, reason: it would be another}
 limits: {memory: 2.5, extent: 1e5, unstable: kill}
 """

@@ -18,6 +18,7 @@ ROUND = {"center": [0.1, 0, 0], "axis": [0, 0, 1], "radius": 0.5}
 THROWN = {"system": "p", "start": [0, 1, 0], "velocity": [1, 4, 0], "mass": 1.0}
 CIRCLING = {"system": "p", "start": [0.5, 0, 0], "velocity": [0, 1, 0], "mass": 1.0}
 TEN = {"emitters": [{"rate": 1000.0, "lifetime": 0.5, "velocity": {"cone": 40, "speed": {"mean": 2, "spread": 1}}}]}
+ONE = {"emitters": [{"shape": {"type": "point", "center": [1, 0, 0]}, "mass": 1.0, "burst": {"count": 1}}]}
 LAWFUL = {  # kind -> the oracle, its surroundings, and what in them to change by 1 %
     "velocity": ({"point": [0.5, 0, 0], "expect": [0, 2 / np.pi, 0]}, {"flow": [VORTEX]}, ("flow", 0, "circulation")),
     "curl": ({"point": [0.5, 0, 0], "expect": [0, 0, 2.5]}, {"flow": [{"type": "rotation", "axis": [0, 0, 1], "angular_velocity": 1.25}]},
@@ -35,6 +36,9 @@ LAWFUL = {  # kind -> the oracle, its surroundings, and what in them to change b
     "position": ({**THROWN, "at": 0.5, "expect": [0.5, 3 - 9.81 / 8, 0]}, {"motion": "ballistic"}, ("gravity", 1)),
     "energy": ({**THROWN, "at": 0.5, "expect": 8.5 + 9.81}, {"solver": "verlet"}, ("gravity", 1)),
     "momentum": ({**THROWN, "of": "particle", "at": 0.5, "expect": [1, 4 - 9.81 / 2, 0]}, {}, ("gravity", 1)),
+    "bounce_height": ({**THROWN, "at": 3.0}, {"solver": "verlet", "colliders": [{"type": "plane", "restitution": 0.8}]},
+                      ("colliders", 0, "restitution")),
+    "convergence_order": ({"system": "p", "solver": "heun", "tolerance": 0.15}, {"gravity": [0, 0, 0], "forces": [SPRING], **ONE}, None),
     "live_count": ({"system": "p", "at": 2.0, "expect": 500, "tolerance": 2.0}, TEN, ("systems", "p", "emitters", 0, "lifetime", "mean")),
     "size": ({"system": "p", "at": 0.5, "expect": 1.0}, {"gravity": [0, 0, 0], "emitters": [
         {"shape": {"type": "point"}, "burst": {"count": 4000}, "lifetime": 9, "velocity": {"cone": 180, "speed": 2.0}}]},
@@ -112,9 +116,19 @@ def test_what_has_no_law_fails_and_says_why():
         {"type": "arc", "system": "p", "at": 1, "tolerance": 1},
         {"type": "momentum", "system": "p", "at": 1, "tolerance": 1},
         {"type": "energy", "of": "system", "system": "p", "at": 1, "tolerance": 1},
+        {"type": "bounce_height", "system": "p", "at": 1, "tolerance": 1},
     ]
-    findings = found(*oracles, flow=[WIND], forces=[SPRING], **TEN)
+    around = {"obstacles": [{"type": "wall", "center": [0, -9, 0]}], "colliders": [{"type": "sphere", "center": [0, -9, 0], "radius": 1}]}
+    wild = [{**SPRING, "strength": {"sine": {"amplitude": 1, "period": 3}}}]
+    findings = found(*oracles, flow=[WIND], forces=wild, **around, **TEN)
     assert all(finding.verdict == "fail" and finding.remark for finding in findings), findings
+
+
+def test_an_order_that_cannot_be_measured_fails_and_says_why():
+    order = {"type": "convergence_order", "system": "p", "tolerance": 1}
+    (vortex,) = found(order, flow=[VORTEX], coupling="tracer", **ONE)
+    (stranger,) = found({**order, "solver": "verlet"}, flow=[WIND], coupling="tracer", **ONE)
+    assert vortex.verdict == stranger.verdict == "fail" and vortex.remark and "no solver" in stranger.remark
 
 
 def test_a_hash_of_another_kind_of_device_is_skipped_and_said_to_be():

@@ -53,15 +53,17 @@ class Released(Spec):
         return first_misfit(
             lambda: system_misfits(self.system, scene),
             lambda: entry_misfits("emitter", self.emitter, emitters, "emitter", ("systems",)) if emitters else [],
-            lambda: [found for key in ("flow", "forces") for found in self._unfelt(key, getattr(scene, key))],
+            lambda: [found for key in ("flow", "forces", "colliders") for found in self._unfelt(key, scene)],
         )
 
-    def _unfelt(self, key: str, entries: tuple[Any, ...]) -> list[Mistake]:
+    def _unfelt(self, key: str, scene) -> list[Mistake]:
+        entries = getattr(scene, key)
+        names = (*entries, *scene.obstacles) if key == "flow" else entries  # an obstacle's own flow goes by its name
         chosen = getattr(self.feels, key) if self.feels else True
         wrong = [
             (k, found)
             for k, wanted in enumerate(chosen if isinstance(chosen, tuple) else ())
-            for found in entry_misfits(key, wanted, entries, f"entry of {key}", (key,))
+            for found in entry_misfits(key, wanted, entries if isinstance(wanted, int) else names, f"entry of {key}", (key,))
         ]
         return [found._replace(path=("feels", key, k)) for k, found in wrong]
 
@@ -69,8 +71,9 @@ class Released(Spec):
 def unsteady(oracle: Released, scene) -> str | None:
     """Return what is against the laws of a constant wind: a flow that is not the same everywhere and always, or forces."""
     feels, spec = oracle.feels_in(scene), oracle.spec_in(scene)
-    winds = felt(feels.flow, scene.flow) if spec.coupling is not None else []
-    steady = all(wind.type == "uniform" and all(map(is_number, wind.velocity)) for wind in winds)
+    moves = spec.coupling is not None and feels.flow not in (False, ())
+    winds = felt(feels.flow, scene.flow) if moves else []
+    steady = all(wind.type == "uniform" and all(map(is_number, wind.velocity)) for wind in winds) and not (moves and scene.obstacles)
     if steady and (not felt(feels.forces, scene.forces) or spec.coupling == "tracer"):
         return None
     what = "forces" if steady else "a flow that is not a constant wind"
@@ -78,11 +81,11 @@ def unsteady(oracle: Released, scene) -> str | None:
 
 
 class TerminalSpeedOracle(Bounded, Released, Oracle):
-    """The speed against the flow at which drag carries the weight: m g/alpha, or with viscosity m g/(6 pi viscosity radius)."""
+    """The speed against a constant wind at which drag carries the weight: m g/alpha, or with viscosity m g/(6 pi viscosity radius)."""
 
     type: Literal["terminal_speed"] = Field("terminal_speed", description="Kind of oracle.")
     at: Moment = Field(description="When it is measured; late enough to have settled [s].")
-    expect: Strength | None = Field(None, description="The speed against the flow; absent: by the law [m/s].")
+    expect: Strength | None = Field(None, description="The speed against the wind; absent: by the law [m/s].")
 
     def misfits(self, scene) -> list[Mistake]:
         return self.release_misfits(scene)
@@ -92,7 +95,7 @@ class TerminalSpeedOracle(Bounded, Released, Oracle):
         falls = self.feels_in(scene).gravity and any(scene.gravity)
         drags = isinstance(coupling, Drag) and coupling.alpha or isinstance(coupling, StokesDrag) and coupling.viscosity
         if self.expect is not None or (falls and drags):
-            return None
+            return unsteady(self, scene)
         return f"{self.system} has no terminal speed: it has no {'drag (coupling)' if falls else 'gravity'}"
 
 
@@ -160,6 +163,33 @@ class OrbitOracle(Bounded, Released, Oracle):
             return f"nothing goes round a {center.type}, but round an attractor, a vortex or a rotation"
         if self.expect is None and not is_number(getattr(center, strength)):
             return f"the strength of this {center.type} varies in time: say what to expect"
+        return None
+
+
+class BounceHeightOracle(Bounded, Released, Oracle):
+    """The height to which a particle rises after its bounces on a plane, e^2 of the last one's each time, e being the restitution."""
+
+    type: Literal["bounce_height"] = Field("bounce_height", description="Kind of oracle.")
+    collider: Entry = Field(0, description="The plane it bounces on, by name or number [1].")
+    at: Moment = Field(description="When it is measured, between two bounces [s].")
+    expect: Strength | None = Field(None, description="The height above the plane; absent: by the law [m].")
+
+    def misfits(self, scene) -> list[Mistake]:
+        return first_misfit(
+            lambda: self.release_misfits(scene),
+            lambda: entry_misfits("collider", self.collider, scene.colliders, "collider", ("colliders",)),
+        )
+
+    def lawless(self, scene) -> str | None:
+        plane = entry_of(self.collider, scene.colliders)
+        if plane.type != "plane" or plane.motion is not None or plane.action != "bounce":
+            return f"heights are above a plane at rest that is bounced on, and {self.collider} is none"
+        along = [a * b for a, b in zip(plane.normal, scene.gravity, strict=True)]
+        size = sum(a * a for a in plane.normal) * sum(b * b for b in scene.gravity)
+        if not self.feels_in(scene).gravity or sum(along) >= 0.0 or sum(along) ** 2 < size * (1.0 - 1e-9):
+            return "nothing falls onto this plane: gravity must point straight against it"
+        if self.spec_in(scene).coupling is not None or felt(self.feels_in(scene).forces, scene.forces):
+            return "the law of bouncing is for a free fall, without drag and forces"
         return None
 
 

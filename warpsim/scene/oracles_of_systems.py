@@ -1,4 +1,4 @@
-"""Oracles of the scene's own particles: how many live, how far they reach, and the state to the bit."""
+"""Oracles of the scene's own particles: how many live, how far they reach, the state to the bit, and the order of their solver."""
 
 from typing import Annotated, ClassVar, Literal
 
@@ -6,6 +6,7 @@ from pydantic import Field
 
 from warpsim.scene.base import Mistake, Name
 from warpsim.scene.oracles import AT, Bounded, Entry, Oracle, entry_misfits, entry_of, first_misfit, system_misfits
+from warpsim.scene.particles import Solver
 from warpsim.scene.strengths import Moment, Strength
 
 Digest = Annotated[str, Field(min_length=32, max_length=32, pattern=r"^[0-9a-f]{32}$")]
@@ -56,3 +57,15 @@ class HashOracle(Oracle):
     device: Literal["cpu", "cuda"] = Field("cpu", description="Kind of device it was taken on; on another it is skipped, and said to be.")
     expect: Digest = Field(description="The hash, 32 hexadecimal digits.")
     reason: str = Field("", max_length=2000, description="What it guards.")
+
+
+class ConvergenceOrderOracle(Bounded, Oracle):
+    """The order at which a solver's error falls with its step, fitted to errors in float64, as `converge` shows them."""
+
+    type: Literal["convergence_order"] = Field("convergence_order", description="Kind of oracle.")
+    system: Name = Field(description="Particle system whose motion is followed over the scene's duration.")
+    solver: Solver | None = Field(None, description="Method of integration; absent: the system's.")
+    expect: Strength | None = Field(None, description="The order; absent: the method's in theory [1].")
+
+    def misfits(self, scene) -> list[Mistake]:
+        return system_misfits(self.system, scene)

@@ -146,3 +146,24 @@ def energy(oracle, scene, x: np.ndarray, v: np.ndarray, m: np.ndarray, time: flo
     potential = potential_energy(x, m, g, [force for force in forces if force.type != "pairwise"], time)
     between = pair_energy(x, [force for force in forces if force.type == "pairwise"], time)
     return float((0.5 * m * (v * v).sum(axis=1) + potential).sum()) + between
+
+
+def height_above(d: np.ndarray, v: np.ndarray, normal: np.ndarray, g: float) -> float:
+    """Return the height to which a throw rises over a plane, d·n + (v·n)²/(2g) [m]: it stays from bounce to bounce."""
+    return float(d @ normal + (v @ normal) ** 2 / (2.0 * g))
+
+
+def height_after(start: tuple[float, float, float], restitution: float, t: float) -> tuple[float, int]:
+    """Return the height of the present bounce [m] and how many there have been, after a time t [s].
+
+    `start` is the height over the plane [m], the speed away from it [m/s], and g [m/s²]. Source: Newton 1687: each bounce gives back the
+    restitution's part of the speed.
+    """
+    height, speed, g = start
+    top = height + speed * speed / (2.0 * g)
+    impact, landing = math.sqrt(2.0 * g * top), (speed + math.sqrt(speed * speed + 2.0 * g * height)) / g
+    bounces = 0
+    while landing < t and bounces < 10_000:
+        impact, top, bounces = restitution * impact, restitution**2 * top, bounces + 1
+        landing += 2.0 * impact / g
+    return top, bounces

@@ -1,12 +1,13 @@
 """Measurers of motion: a test particle under a system's laws, or all of a system's particles, against the laws of laws.py."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from warpsim.scene.emitters import Burst, Distribution, Emitter, Point, Velocity
 from warpsim.scene.look import Look
-from warpsim.scene.oracles import felt
+from warpsim.scene.oracles import entry_of
 from warpsim.verify import laws
 from warpsim.verify.amounts import expected_at
 from warpsim.verify.findings import Reading
@@ -68,23 +69,10 @@ class ParticleMeasurer(StoryMeasurer):
 
 
 class TerminalSpeedMeasurer(ParticleMeasurer):
-    """|v − u|, u the flow where the particle is."""
-
-    def see(self, simulation, x, v) -> None:
-        super().see(simulation, x, v)
-        self.against = v - self.flow_at(x, simulation.time)
-
-    def flow_at(self, x: np.ndarray, time: float) -> np.ndarray:
-        """Return what the particle feels of the flow."""
-        from warpsim.environment import Environment
-        from warpsim.probes import FlowProbe
-
-        chosen = tuple(felt(self.oracle.feels_in(self.scene).flow, self.scene.flow))
-        environment = Environment(self.scene.model_copy(update={"flow": chosen}), "cpu")
-        return FlowProbe(environment, lambda: time).sample([x])[0].astype(float)
+    """|v − w|, w the constant wind."""
 
     def measured(self) -> float:
-        return float(np.linalg.norm(self.against))
+        return float(np.linalg.norm(self.v - self.body.wind))
 
     def theory(self, t: float) -> float:
         return laws.terminal_speed(self.body)
@@ -178,6 +166,33 @@ def crossing(y0: float, s0: float, t0: float, y1: float, s1: float, t1: float, t
         middle = 0.5 * (low + high)
         low, high = (middle, high) if (cubic(middle) - target) * (y1 - target) < 0.0 else (low, middle)
     return t0 + h * 0.5 * (low + high)
+
+
+class BounceHeightMeasurer(ParticleMeasurer):
+    """d + v²/(2g) along the plane's normal: the height to which it is on its way up, or from which it comes down."""
+
+    def __init__(self, oracle, scene):
+        super().__init__(oracle, scene)
+        plane = entry_of(oracle.collider, scene.colliders)
+        self.plane, self.normal = plane, np.array(plane.normal, float) / np.linalg.norm(plane.normal)
+
+    def _height(self, x: np.ndarray, v: np.ndarray) -> float:
+        return laws.height_above(x - np.array(self.plane.center), v, self.normal, float(np.linalg.norm(self.body.g)))
+
+    def measured(self) -> float:
+        return self._height(self.x, self.v)
+
+    def theory(self, t: float) -> float:
+        return laws.height_after(self._start(), self.plane.restitution, t)[0]
+
+    def _start(self) -> tuple[float, float, float]:
+        """Return height and speed along the normal at the release, and g."""
+        return float((self.body.x - self.plane.center) @ self.normal), float(self.body.v @ self.normal), float(np.linalg.norm(self.body.g))
+
+    def reading(self) -> Reading:
+        reading = super().reading()
+        bounces = laws.height_after(self._start(), self.plane.restitution, getattr(self, "time", 0.0) - self.oracle.release)[1]
+        return reading if reading.remark else replace(reading, remark=f"after {bounces} bounces")
 
 
 class PositionMeasurer(ParticleMeasurer):

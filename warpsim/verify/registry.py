@@ -1,6 +1,6 @@
 """Which measurer measures which oracle. A new kind is its spec in warpsim/scene, its measurer in this room, and a line here."""
 
-from warpsim.verify import births, flow, motion, systems
+from warpsim.verify import births, flow, motion, orders, systems
 from warpsim.verify.measurers import Measurer
 
 MEASURERS: dict[str, type[Measurer]] = {
@@ -16,6 +16,7 @@ MEASURERS: dict[str, type[Measurer]] = {
     "relaxation": motion.RelaxationMeasurer,
     "arc": motion.ArcMeasurer,
     "orbit": motion.OrbitMeasurer,
+    "bounce_height": motion.BounceHeightMeasurer,
     "position": motion.PositionMeasurer,
     "energy": motion.EnergyMeasurer,
     "momentum": motion.MomentumMeasurer,
@@ -24,6 +25,7 @@ MEASURERS: dict[str, type[Measurer]] = {
     "uniformity": births.UniformityMeasurer,
     "live_count": systems.LiveCountMeasurer,
     "size": systems.SizeMeasurer,
+    "convergence_order": orders.ConvergenceOrderMeasurer,
     "hash": systems.HashMeasurer,
 }
 
