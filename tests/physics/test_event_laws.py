@@ -262,3 +262,11 @@ def test_collisions_share_their_bits(monkeypatch):
     scene = splashing(child, [GROUND, {"type": "sphere", "radius": 0.5}], drops=drops)
     ways = ((True, 1), (True, 2), (True, 3), (False, 1), (False, 3))
     assert len({simulate(scene, native=native, threads=n, seconds=0.8).state_hash() for native, n in ways}) == 1
+
+
+def test_collisions_are_the_same_after_going_back():
+    sim = simulate(splashing(listening("collision", 2), [GROUND]), seconds=1.0)
+    expected = sim.state_hash()
+    sim.seek(25)
+    sim.seek(60)
+    assert sim.state_hash() == expected and sim.statistics()["c"]["children"] > 50

@@ -35,3 +35,11 @@ def tint(colors: list, key: tuple[int, int], ordinal: int):
 def multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the product of colors in bytes, 255 being 1, rounded."""
     return np.rint(a.astype(float) * b.astype(float) / 255.0).astype(np.uint8)
+
+
+def turn_up_to(n: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Return x turned by the smallest rotation that takes +y to the unit vector n, by its axis and angle."""
+    axis = np.cross([0.0, 1.0, 0.0], n)
+    sine, cosine = np.linalg.norm(axis), n[1]
+    k = axis / sine if sine > 0.0 else np.array([1.0, 0.0, 0.0])
+    return x * cosine + np.cross(k, x) * sine + k * (k @ x) * (1.0 - cosine)

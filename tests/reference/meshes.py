@@ -45,3 +45,20 @@ def in_volume(corners: np.ndarray, grid, key, ordinal: int) -> np.ndarray:
         if winding(corners, x) > 0.5:
             return x
     raise AssertionError("never inside")
+
+
+def distance(corners: np.ndarray, x: np.ndarray) -> float:
+    """Return the distance from x to triangles (m, 3, 3): to their planes where x is over them, else to their edges."""
+    a, b, c = (corners[:, k] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    height = np.abs(((x - a) * normal).sum(axis=1))
+    foot = x - ((x - a) * normal).sum(axis=1)[:, None] * normal
+    over = np.ones(len(corners), bool)
+    nearest = np.full(len(corners), np.inf)
+    for p, q in ((a, b), (b, c), (c, a)):
+        edge = q - p
+        over &= (np.cross(edge, foot - p) * normal).sum(axis=1) >= 0.0
+        t = np.clip(((x - p) * edge).sum(axis=1) / (edge**2).sum(axis=1), 0.0, 1.0)
+        nearest = np.minimum(nearest, np.linalg.norm(p + t[:, None] * edge - x, axis=1))
+    return float(np.where(over, height, nearest).min())
