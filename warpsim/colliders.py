@@ -29,11 +29,9 @@ class Colliders:
         return [self._row(k, spec, table) for k, spec in enumerate(scene.colliders)]
 
     def _row(self, k: int, spec, table) -> collider.Collider:
-        row = collider.Collider()
+        row = course_row(spec, table)
         row.kind, row.action, row.inside = KINDS[spec.type], collider.ACTIONS[spec.action], int(getattr(spec, "side", "") == "inside")
         row.restitution, row.friction, row.moves = spec.restitution, spec.friction, int(spec.motion is not None)
-        row.center_signal = course_signals(getattr(spec.motion, "center", None) or spec.center, table)
-        row.rotation_signal = course_signals(getattr(spec.motion, "rotation", None) or spec.rotation, table)
         row.radius = getattr(spec, "radius", 0.0)
         match spec.type:
             case "plane":
@@ -71,6 +69,14 @@ def built(mesh: TriangleMesh, device: str) -> wp.Mesh:
     """Return the surface on the device, with the tree that its queries walk."""
     points = wp.array(mesh.vertices, dtype=wp.vec3, device=device)
     return wp.Mesh(points, wp.array(mesh.triangles.reshape(-1), dtype=int, device=device))
+
+
+def course_row(spec, table) -> collider.Collider:
+    """Return a row that knows where its collider is; its courses are added to the table of signals."""
+    row = collider.Collider()
+    row.center_signal = course_signals(getattr(spec.motion, "center", None) or spec.center, table)
+    row.rotation_signal = course_signals(getattr(spec.motion, "rotation", None) or spec.rotation, table)
+    return row
 
 
 def course_signals(course, table) -> wp.vec3i:

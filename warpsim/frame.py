@@ -1,6 +1,6 @@
 """Frame: what observers see of a simulation at one moment, read-only, fetched from the device on first use and then kept."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -94,8 +94,8 @@ class SystemFrame:
 class Frame:
     """A moment of the whole scene: `frame["sparks"].position`, `frame.time` [s], `frame.index`."""
 
-    def __init__(self, systems: dict[str, SystemFrame], index: int, time: float):
-        self._systems, self._index, self._time = systems, index, time
+    def __init__(self, systems: dict[str, SystemFrame], index: int, time: float, poses: Callable[[float], np.ndarray] | None = None):
+        self._systems, self._index, self._time, self._poses = systems, index, time, poses
 
     @property
     def index(self) -> int:
@@ -106,6 +106,11 @@ class Frame:
     def time(self) -> float:
         """index/fps [s]."""
         return self._time
+
+    @property
+    def collider_poses(self) -> np.ndarray:
+        """float32 (n, 7): center [m] and quaternion (x, y, z, w) of each collider of the scene."""
+        return np.zeros((0, 7), np.float32) if self._poses is None else self._poses(self._time)
 
     @property
     def names(self) -> tuple[str, ...]:

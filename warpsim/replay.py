@@ -10,6 +10,7 @@ import warp as wp
 
 from warpsim.frame import Frame, SystemFrame
 from warpsim.kernels import emission
+from warpsim.poses import Poses
 from warpsim.scene import load_scene
 from warpsim.systems.points import PointPacker, frames_between
 
@@ -38,6 +39,7 @@ class Recording:
             raise NoRun(f"{self.folder} holds no frame yet")
         self.scene = load_scene(self.folder / "scene.yaml")
         self.frame_count = max(self._files)
+        self._poses = Poses(self.scene)
         self._packers = {name: (RecordedPopulation(device), spec.look) for name, spec in self.scene.systems.items()}
         trails = [look.trail for _, look in self._packers.values() if look.trail]
         reach = max((frames_between(trail, self.scene.time.fps) * trail.points for trail in trails), default=0)
@@ -52,7 +54,7 @@ class Recording:
             fields = {key.removeprefix(f"{name}."): array for key, array in arrays.items() if key.startswith(f"{name}.")}
             trail = self._trail(name, look.trail, recorded, fields) if look.trail else None
             systems[name] = recorded_system(fields, trail, population, look, recorded, fps)
-        return Frame(systems, recorded, recorded / fps)
+        return Frame(systems, recorded, recorded / fps, self._poses)
 
     def _trail(self, name: str, trail, index: int, fields: dict[str, np.ndarray]) -> np.ndarray:
         """Return the ring of last places, (3 points, n), as the run itself kept it; where a frame is missing, the next later place."""

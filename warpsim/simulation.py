@@ -15,6 +15,7 @@ from warpsim.frame import Frame
 from warpsim.kernels.lifetime import advance_clock
 from warpsim.launch import FrameGraph, Stage, available_cores
 from warpsim.memory import check_memory, free_memory
+from warpsim.poses import Poses
 from warpsim.probes import FlowProbe
 from warpsim.scene import Scene
 from warpsim.scene.events import in_order
@@ -77,6 +78,7 @@ class Simulation:
         self.index = -math.ceil(scene.time.prewarm * self._fps - 1e-9)
         self._clock = wp.array([self.index - 1], dtype=wp.int64, device=self.device)
         self.environment = Environment(scene, self.device)
+        self._poses = Poses(scene)
         self.flow = FlowProbe(self.environment, lambda: self.time)
         made: dict[str, Particles] = {}  # in the order in which they move, so that each hears of the events before it
         for name in in_order(scene.systems):
@@ -107,6 +109,7 @@ class Simulation:
     def _take(self, scene: Scene) -> None:
         self.scene = scene
         self.environment.change(scene)
+        self._poses = Poses(scene)
         self.flow.change()
         for name, system in self.systems.items():
             system.change(scene.systems[name], scene, self.environment)
@@ -177,7 +180,7 @@ class Simulation:
         frame = self._frame() if self._frame else None
         if frame is None or frame.index != self.index:
             systems = {name: system.frame(self.index) for name, system in self.systems.items()}
-            frame = Frame(systems, self.index, self.time)
+            frame = Frame(systems, self.index, self.time, self._poses)
             self._frame = weakref.ref(frame)
         return frame
 

@@ -19,6 +19,7 @@ class Viewing(Spec):
     )
     sky: Literal["auto", "night", "dusk", "day"] = Field("auto", description="What is behind; auto goes by the particles' looks.")
     ground: Truth = Field(True, description="Whether a faint grid shows the ground.")
+    colliders: Truth = Field(True, description="Whether colliders are drawn.")
     streamlines: WholeNumber = Field(0, ge=0, le=2000, description="Number of streamlines of the flow that are drawn [1].")
     show: tuple[Literal["emitters", "flow", "obstacles", "forces"], ...] = Field(
         (), max_length=4, description="What of the scene is drawn faintly."

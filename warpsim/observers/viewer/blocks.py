@@ -6,10 +6,13 @@ from warpsim.observers.viewer.protocol import Attribute, Block
 
 
 def frame_blocks(frame, names: list[str], limit: int | None) -> list[Block]:
-    """Return the blocks of the systems `names` of a frame, number n of them in slot n, each of about `limit` points at most."""
+    """Return the blocks of a frame: of the systems `names`, number n in slot n, each about `limit` points, and the colliders'."""
     blocks: list[Block] = []
     for slot, name in enumerate(names):
         blocks += cloud_blocks(slot, frame[name], limit)
+    poses = getattr(frame, "collider_poses", None)
+    if poses is not None and len(poses):
+        blocks.append(Block(len(names), Attribute.POSES, np.asarray(poses, np.float32)))
     return blocks
 
 

@@ -2,7 +2,7 @@
 
 Three kinds of message share one websocket:
 
-* commands to the page: msgpack maps, Meshcat's own (`set_property`, `set_transform`, ...) and two of ours (`warpsim_*`);
+* commands to the page: msgpack maps, Meshcat's own (`set_property`, `set_transform`, ...) and some of ours (`warpsim_*`);
 * frames to the page: one binary message that begins with 0xC1, the byte msgpack never uses, so the page tells them apart;
 * replies from the page: JSON, `{"type": "hello"}` once, `{"type": "ack", "frame": n}` after frame n has been drawn, and the
   commands of controls.py (`{"type": "set", "control": 2, "value": 0.5}`).
@@ -39,10 +39,11 @@ _DTYPE_CODES = {"i1": 0x11, "u1": 0x12, "i2": 0x13, "u2": 0x14, "i4": 0x15, "u4"
 
 
 class Attribute(IntEnum):
-    """What a block of a frame holds. Codes 2 to 5 are kept for normals, indices, instance matrices and transforms."""
+    """What a block of a frame holds. Codes 2 to 4 are kept for normals, indices and instance matrices."""
 
     POSITION = 0
     COLOR = 1
+    POSES = 5  # of the colliders: center and quaternion, seven numbers each; in the slot after the last system's
     SIZE_MAX = 6  # size of a particle whose fourth position component is full [m]
     LIVE_COUNT = 7  # particles alive, which may be more than the points drawn
     TRAIL = 8  # points of all trails, oldest first, in the box of the cloud

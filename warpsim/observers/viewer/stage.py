@@ -4,6 +4,7 @@ import numpy as np
 
 from warpsim.observers.viewer.outlines import scene_outlines
 from warpsim.observers.viewer.protocol import pack_command
+from warpsim.observers.viewer.solids import solid_commands
 
 # Everything of ours hangs under one node, turned so that a scene whose y is up stands in Meshcat's scene, whose z is up.
 ROOT = "/warpsim"
@@ -47,6 +48,7 @@ def stage_commands(scene) -> list[bytes]:
     ]
     # The number keeps two paths apart whatever characters the names hold.
     commands += [_cloud(slot, name, look) for slot, (name, look) in enumerate(looks)]
+    commands += solid_commands(scene)
     for kind, ends in scene_outlines(scene).items():
         if ends:
             commands.append({"type": "warpsim_lines", "key": kind, "points": 2, "places": ends, "shown": kind in scene.viewer.show})

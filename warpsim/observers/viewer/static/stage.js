@@ -37,6 +37,12 @@ class Stage {
     controls.update();
   }
 
+  // A length that suits the scene [m].
+  reach() {
+    const { camera } = this.scene;
+    return camera === null ? 2 : 0.5 * Math.hypot(...camera.eye.map((x, k) => x - camera.target[k]));
+  }
+
   // Called with the clouds now and then: the camera follows a cloud that grows, and never shrinks back.
   follow(clouds) {
     if (this.placed || this.touched) return;

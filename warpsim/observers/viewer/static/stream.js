@@ -24,6 +24,7 @@ function readFrame(buffer) {
     const parts = slots.get(slot);
     if (attribute === 0) parts.position = { view, width, affine };
     else if (attribute === 1) parts.color = { view, width };
+    else if (attribute === 5) parts.poses = { view };
     else if (attribute === 6) parts.sizeMax = view[0];
     else if (attribute === 7) parts.live = view[0];
     else if (attribute === 8) parts.trail = { view, affine };
@@ -40,6 +41,7 @@ class Stream {
     this.hud = hud;
     this.controls = controls;
     this.lines = controls.lines;
+    this.solids = new Solids(stage);
     this.clouds = [];
     this.number = 0;          // of the frame shown last, on this connection
     this.time = 0;
@@ -63,6 +65,7 @@ class Stream {
     if (c.type === "warpsim_scene") {
       this.clouds = [];
       this.lines.clear();
+      this.solids.clear();
       this.stage.set(c);
       this.hud.set(c);
       this.controls.set(c);
@@ -74,6 +77,8 @@ class Stream {
     } else if (c.type === "warpsim_lines") {
       this.lines.draw(c);
       this.controls.offerLines();
+    } else if (c.type === "warpsim_solid") {
+      this.solids.draw(c);
     } else if (c.type === "warpsim_cloud") {
       const cloud = this.clouds[c.slot] = new Cloud(c.name, c.shape, c.blend, this.stage.glow.on);
       this.viewer.set_object(c.path.split("/").filter((s) => s), cloud.points);
@@ -83,7 +88,10 @@ class Stream {
   }
 
   show(frame) {
-    frame.slots.forEach((parts, slot) => { if (this.clouds[slot] !== undefined) this.clouds[slot].show(parts); });
+    frame.slots.forEach((parts, slot) => {
+      if (parts.poses !== undefined) this.solids.place(parts.poses.view);
+      else if (this.clouds[slot] !== undefined) this.clouds[slot].show(parts);
+    });
     this.number = frame.number;
     this.time = frame.time;
     if (this.frames++ % 10 === 0) this.stage.follow(this.clouds);
