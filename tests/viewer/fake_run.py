@@ -20,7 +20,8 @@ def fake_scene(
         name=name,
         camera=camera,
         time=SimpleNamespace(fps=60.0),
-        viewer=SimpleNamespace(**{"max_points": 250_000, "sky": "auto", "ground": True, "show": (), **viewing}),
+        colliders=(),
+        viewer=SimpleNamespace(**{"max_points": 250_000, "sky": "auto", "ground": True, "show": (), "colliders": True, **viewing}),
         sliders=[SimpleNamespace(path=path, label=path, min=low, max=high, value=value) for path, low, high, value in sliders],
         flow=(),
         obstacles=(),
@@ -66,6 +67,7 @@ class FakeFrame(dict):
         super().__init__(systems)
         self.index = index
         self.time = index / 60 if time is None else time
+        self.collider_poses = np.zeros((0, 7), np.float32)
 
 
 def dust(index: int, count: int = 1000) -> FakeFrame:

@@ -10,9 +10,8 @@ def frame_blocks(frame, names: list[str], limit: int | None) -> list[Block]:
     blocks: list[Block] = []
     for slot, name in enumerate(names):
         blocks += cloud_blocks(slot, frame[name], limit)
-    poses = getattr(frame, "collider_poses", None)
-    if poses is not None and len(poses):
-        blocks.append(Block(len(names), Attribute.POSES, np.asarray(poses, np.float32)))
+    if len(poses := frame.collider_poses):
+        blocks.append(Block(len(names), Attribute.POSES, poses))
     return blocks
 
 
