@@ -7,8 +7,9 @@ Milne-Thomson's circle theorem for a cylinder of radius R, axis a: what stands a
     vortex Γ at b        a vortex −Γ at c, a vortex Γ on the axis, so that the circulation round the cylinder is its own
     doublet m at b       a doublet (R²/|b|²) (I − 2 b̂ b̂ᵀ) m at c
 
-A wall with unit normal n mirrors, S = I − 2 n nᵀ: places, axes, moments and travels are multiplied by S, a circulation changes its sign (it
-is a pseudovector); a uniform flow loses its part along n. Walls that are perpendicular to each other answer each other's images.
+A wall with unit normal n mirrors, S = I − 2 n nᵀ: places, axes, moments and travels are multiplied by S; a circulation about an axis
+changes its sign (it is a pseudovector; a ring's axis is where its jet goes, so a ring keeps its own); a uniform flow loses its part along n.
+Walls that are perpendicular to each other answer each other's images.
 
 Cores. A mirrored vortex has the same core, an image at a cylinder one smaller by R/|b|. On the cylinder the distances from b and from c
 have that same ratio, so both cores weaken their vortices by one factor there, and as the pair of ideal ones sends nothing through the
@@ -105,8 +106,8 @@ class WallImages:
         self.center = np.array(spec.center, float)
         self.normal = np.array(spec.normal, float) / np.linalg.norm(spec.normal)
         self.mirror = np.eye(3) - 2.0 * np.outer(self.normal, self.normal)
-        self.gains = {"source": 1.0, "point_source": 1.0, "doublet": self.mirror}
-        self.gains |= {"vortex": -1.0, "vortex_segment": -1.0, "vortex_ring": -1.0}
+        self.gains = {"source": 1.0, "point_source": 1.0, "doublet": self.mirror, "vortex_ring": 1.0}
+        self.gains |= {"vortex": -1.0, "vortex_segment": -1.0}
 
     def of(self, row: FlowPrimitive) -> list[FlowPrimitive]:
         """Return the image of a row; a line that stands on the wall sends nothing through it, and its image has no strength."""

@@ -75,11 +75,3 @@ def test_a_strength_has_no_place(word):
 def test_mistake_is_told_at_its_place(line, path, says):
     problems = problems_of(line)
     assert any(problem.path == path and says in problem.message for problem in problems), problems
-
-
-def test_a_primitive_that_an_obstacle_answers_stays_where_it_is():
-    text = (
-        HEAD + "  - {type: vortex, axis: [0, 0, 1], center: [0, 2, 0], circulation: 1, travel: [1, 0, 0]}\nobstacles:\n  - {type: wall}\n"
-    )
-    with pytest.raises(SceneError, match=r"flow\.0\.travel: must be left out where an obstacle answers"):
-        load_text(text)

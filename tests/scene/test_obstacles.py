@@ -39,6 +39,25 @@ FLOOR = "  - {type: wall, normal: [0, 1, 0]}\n"
         ("  - {type: source, center: [0, -2, 0], axis: [0, 0, 1], rate: 1}\n", FLOOR, "flow.0.center", "comes 2 m behind the wall"),
         ("  - {type: source, center: [0, 0, 0], axis: [0, 0, 1], rate: 1}\n", FLOOR, "flow.0.center", "on the wall"),
         ("  - {type: source, center: [0, 2, 0], axis: [0, 1, 1], rate: 1}\n", FLOOR, "flow.0.axis", "parallel or perpendicular"),
+        (
+            "  - {type: vortex_segment, start: [0, 1, 0], end: [0, -1, 0], circulation: 1}\n",
+            FLOOR,
+            "flow.0.end",
+            "comes 1 m behind the wall",
+        ),
+        ("  - {type: vortex_ring, center: [0, 1, 0], normal: [1, 0, 0], radius: 3, circulation: 1}\n", FLOOR, "flow.0.center", "comes 2 m"),
+        (
+            "  - {type: vortex, center: [2, 0, 0], axis: [0, 0, 1], circulation: 1, travel: [1, 0, 0]}\n",
+            CYLINDER,
+            "flow.0.travel",
+            "would not travel like what it answers",
+        ),
+        (
+            "  - {type: vortex, center: [0, 1, 0], axis: [0, 0, 1], circulation: 1, travel: [0, -2, 0]}\n",
+            FLOOR,
+            "flow.0.center",
+            "comes 1 m behind",
+        ),
         ("  - {type: uniform, velocity: [1, 0, 0]}\n", CYLINDER + CYLINDER, "obstacles.1.type", "where it is alone"),
         (
             "  - {type: uniform, velocity: [1, 0, 0]}\n",

@@ -47,7 +47,7 @@ class Cylinder(Obstacle):
         if primitive.type == "uniform":
             return None
         if any(component != 0.0 for component in primitive.travel):
-            return "travel", "must be zero: at a cylinder, an image would not travel like what it answers"
+            return "travel", "must be left out where a cylinder answers: an image would not travel like what it answers"
         if _sine(primitive.axis, self.axis) > PARALLEL:
             return "axis", "must be parallel to the cylinder's: the circle theorem is about a plane flow"
         distance = math.hypot(*_across(self.axis, _minus(primitive.center, self.center)))
@@ -75,11 +75,12 @@ class Wall(Obstacle):
                 return None  # nothing of its flow crosses the wall
             if abs(_dot(_unit(primitive.axis), _unit(self.normal))) > PARALLEL:
                 return "axis", "must be parallel or perpendicular to the wall: else the line passes through it"
+        travel = _dot(_unit(self.normal), primitive.travel) if all(map(is_number, primitive.travel)) else 0.0
         if hasattr(primitive, "start"):
-            start, end = self._height(primitive.start), self._height(primitive.end)
+            start, end = self._height(primitive.start) + travel, self._height(primitive.end) + travel
             key, height = ("start", start) if start < end else ("end", end)
             return (key, self._behind(height)) if height < 0.0 or start == end == 0.0 else None
-        height = self._height(primitive.center)
+        height = self._height(primitive.center) + travel
         if is_number(reach := getattr(primitive, "radius", 0.0)):
             height -= reach * _sine(primitive.normal, self.normal) if reach else 0.0  # the lowest point of a ring
         return ("center", self._behind(height)) if height <= 0.0 else None
@@ -121,8 +122,6 @@ def _misfit(obstacle: Any, primitive: Any) -> tuple[str, str] | None:
     if primitive.type not in obstacle.answerable:
         known = ", ".join(sorted(obstacle.answerable))
         return "type", f'"{primitive.type}" has no exact image at a {obstacle.type}, which answers {known}'
-    if any(component != 0.0 for component in getattr(primitive, "travel", ())):
-        return "travel", "must be left out where an obstacle answers: images are worked out once"
     return obstacle.misfit(primitive)
 
 
