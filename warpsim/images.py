@@ -8,7 +8,7 @@ Milne-Thomson's circle theorem for a cylinder of radius R, axis a: what stands a
     doublet m at b       a doublet (R²/|b|²) (I − 2 b̂ b̂ᵀ) m at c
 
 A wall with unit normal n mirrors, S = I − 2 n nᵀ: places, axes, moments and travels are multiplied by S; a circulation about an axis
-changes its sign (it is a pseudovector; a ring's axis is where its jet goes, so a ring keeps its own); a uniform flow loses its part along n.
+changes its sign (it is a pseudovector; that of a ring is about its jet and stays); a uniform flow loses its part along n.
 Walls that are perpendicular to each other answer each other's images.
 
 Cores. A mirrored vortex has the same core, an image at a cylinder one smaller by R/|b|. On the cylinder the distances from b and from c

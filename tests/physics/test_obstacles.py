@@ -135,7 +135,7 @@ BEFORE = {name: FLOWS[name] for name in ("uniform", "source", "rankine", "lamb_o
         "circulation": 3.0,
         "core": {"model": "scully", "radius": 0.2},
     },
-    "traveling": line("vortex", 0.1 * SIDE, circulation=3.0, travel=[{"expression": f"t*({x:.6f})"} for x in (0.4 * SIDE + 0.2 * ALONG)]),
+    "traveling": line("vortex", 0.35 * SIDE, circulation=3.0, travel=[{"expression": f"t*({x:.6f})"} for x in (0.4 * SIDE + 0.2 * ALONG)]),
 }
 
 
