@@ -45,7 +45,7 @@ def test_half_the_step_gives_the_same_paths(solved, monkeypatch):
 
 
 def test_the_flow_at_the_circles_moves_the_rings(solved):
-    """At knots, where the scene's rings are the equations'; keyframes have four digits, which 16 m/s per m of the core's gradient makes 1e-3."""
+    """At knots, where the scene's rings are the equations': the core's gradient of 16 m/s per m makes 1e-3 of keyframes' four digits."""
     times, states, wind = solved
     flow = Simulation(load_scene("leapfrog"), device="cpu", threads=1).flow
     for k in (0, 17, 60, 111):

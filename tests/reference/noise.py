@@ -44,3 +44,18 @@ def curl_noise(x: np.ndarray, seed: int, clock: int, h: float = 1e-3) -> np.ndar
         values = [potential(x + k * step, seed, clock) for k in (-2, -1, 1, 2)]
         gradient[:, j] = (values[0] - 8.0 * values[1] + 8.0 * values[2] - values[3]) / (12.0 * h)
     return np.array([gradient[2, 1] - gradient[1, 2], gradient[0, 2] - gradient[2, 0], gradient[1, 0] - gradient[0, 1]])
+
+
+def turbulence(spec, x, t: float) -> np.ndarray:
+    """The velocity of a scene's curl noise with a constant amplitude: octaves of half the length, Kolmogorov's speeds and frequencies."""
+    speeds = [2.0 ** (-octave / 3.0) for octave in range(spec.octaves)]
+    plastic = np.array([0.8191725134, 0.6710436067, 0.5497004779])
+    total = np.zeros(3)
+    for octave, speed in enumerate(speeds):
+        length = spec.length / 2**octave
+        periods = spec.frequency * 2.0 ** (2.0 * octave / 3.0) * t / 4096.0
+        clock = int((periods - np.floor(periods)) * 2**32)
+        cells = np.asarray(x, float) / length - np.modf(octave * plastic)[0]
+        corners = curl_noise(cells, (spec.seed + 0x9E3779B9 * octave) & MASK, clock)
+        total += spec.amplitude * speed / np.linalg.norm(speeds) / np.sqrt(1.0974211434 / 3.0) * corners
+    return total
