@@ -95,6 +95,7 @@ def spec(**keys):
 def chi2(cells, vectors: np.ndarray) -> tuple[float, int]:
     total = 0.0
     for shares, numbers in zip(cells.shares, cells.number(vectors), strict=True):
+        assert numbers.min() >= 0, "none is outside"
         expected = shares * len(vectors)
         total += float(((np.bincount(numbers, minlength=len(shares)) - expected) ** 2 / expected).sum())
     return total, sum(len(shares) - 1 for shares in cells.shares)
@@ -121,6 +122,24 @@ def test_the_faces_of_a_box_count_by_area(rng):
     x[np.arange(20_000), axis] = np.where(rng.uniform(size=20_000) < 0.5, -0.5, 0.5) * np.array([1, 2, 4])[axis]
     measured, degrees = chi2(cells_of_places(spec(shape={"type": "box", "size": [1, 2, 4], "fill": "surface"}).shape, 32), x)
     assert measured > degrees + 10 * np.sqrt(2 * degrees)
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        {"type": "disc", "radius": 2},
+        {"type": "sphere", "radius": 2},
+        {"type": "box", "size": [1, 2, 4]},
+        {"type": "box", "size": [1, 2, 4], "fill": "surface"},
+        {"type": "segment", "start": [0, 0, 0], "end": [1, 2, 3]},
+    ],
+    ids=str,
+)
+def test_births_outside_of_the_shape_are_no_chance(shape):
+    cells = cells_of_places(spec(shape=shape).shape, 32)
+    edge = {"segment": [1, 2, 3], "disc": [2, 0, 0], "sphere": [0, 2, 0], "box": [0.5, 1, 2]}[shape["type"]]
+    numbers = cells.number(np.array([edge, np.multiply(edge, 1.01)]))
+    assert all(each[0] >= 0 for each in numbers) and any(each[1] < 0 for each in numbers)
 
 
 def test_what_cannot_be_told_beforehand_fails_and_says_why():

@@ -161,19 +161,23 @@ class UniformityMeasurer(BirthMeasurer):
         if oracle.of == "direction":
             self.cells = cells_of_directions(self.emitter.velocity, oracle.bins)
         self._observed = [np.zeros(len(shares), np.int64) for shares in self.cells.shares]
-        self.number = 0
+        self.number = self.outside = 0
 
     def take(self, frame, fresh, moments) -> None:
         vectors = frame.velocity if self.oracle.of == "direction" else self._places(frame)
         self.number += int(fresh.sum())
-        for observed, numbers in zip(self._observed, self.cells.number(vectors[fresh].astype(float)), strict=True):
-            observed += np.bincount(numbers, minlength=len(observed))
+        numbers = self.cells.number(vectors[fresh].astype(float))
+        self.outside += int(np.any([each < 0 for each in numbers], axis=0).sum())
+        for observed, each in zip(self._observed, numbers, strict=True):
+            observed += np.bincount(each[each >= 0], minlength=len(observed))
 
     def _places(self, frame) -> np.ndarray:
         return frame.position.astype(float) - frame.velocity.astype(float) * frame.age[:, None].astype(float)
 
     def reading(self) -> Reading:
         degrees = sum(len(shares) - 1 for shares in self.cells.shares)
+        if self.outside:  # not a matter of chance
+            return Reading(math.inf, float(degrees), remark=f"{self.outside} of {self.number} births lie outside")
         chi2 = sum(
             float(((observed - self.number * shares) ** 2 / (self.number * shares)).sum()) if self.number else math.nan
             for observed, shares in zip(self._observed, self.cells.shares, strict=True)

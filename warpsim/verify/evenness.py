@@ -5,12 +5,22 @@ from typing import NamedTuple
 
 import numpy as np
 
+BESIDE = 1e-4  # of a coordinate's range: a birth further out is outside of its shape, and no rounding
+
 
 class Cells(NamedTuple):
-    """Independent divisions: the share of each of their cells, and the cell numbers of vectors (n, 3), an array (n,) for each division."""
+    """Independent divisions: the share of each of their cells, and the cell numbers of vectors (n, 3), an array (n,) for each division.
+
+    A number is -1 where a vector lies outside of the shape or the cone.
+    """
 
     shares: list[np.ndarray]
     number: Callable[[np.ndarray], list[np.ndarray]]
+
+
+def binned(u: np.ndarray, bins: int) -> np.ndarray:
+    """Return bins 0 … bins - 1 of coordinates in [0, 1], and -1 outside."""
+    return np.where((u < -BESIDE) | (u > 1.0 + BESIDE), -1, np.clip((u * bins).astype(int), 0, bins - 1))
 
 
 def frame_round(axis) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -30,7 +40,7 @@ def even(coordinates: Callable[[np.ndarray], list[np.ndarray]], count: int, bins
     """Return equal bins along each of `count` coordinates in [0, 1]."""
 
     def number(vectors: np.ndarray) -> list[np.ndarray]:
-        return [np.clip((u * bins).astype(int), 0, bins - 1) for u in coordinates(vectors)]
+        return [binned(u, bins) for u in coordinates(vectors)]
 
     return Cells([np.full(bins, 1.0 / bins)] * count, number)
 
@@ -99,7 +109,8 @@ def _box(shape, bins: int) -> Cells:
         axis = np.argmax(np.abs(u - 0.5), axis=1)
         face = 2 * axis + (u[np.arange(len(u)), axis] > 0.5)
         others = np.take_along_axis(u, np.stack([(axis + 1) % 3, (axis + 2) % 3], axis=1), axis=1)
-        square = np.clip((others * side).astype(int), 0, side - 1)
-        return [face * side * side + square[:, 0] * side + square[:, 1]]
+        first, second = binned(others[:, 0], side), binned(others[:, 1], side)
+        inside = (first >= 0) & (second >= 0) & (np.abs(u - 0.5).max(axis=1) <= 0.5 + BESIDE)
+        return [np.where(inside, face * side * side + first * side + second, -1)]
 
     return Cells([shares], number)

@@ -1,0 +1,135 @@
+"""One percent: each formula changed by so much in a copy of the checkout, and the oracles that must turn red for it.
+
+    python -m tests.verify.mutations                 the whole matrix, about a quarter of a minute for each change
+    python -m tests.verify.mutations vortex kick     those changes only
+
+`red` names for each scene the oracles that must FAIL; all others of it may do as they like, for a formula may serve many.
+"""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+class Mutation(NamedTuple):
+    """A change of one formula: `old` stands once in the file."""
+
+    name: str
+    file: str
+    old: str
+    new: str
+    red: dict[str, str]
+    """Scene -> oracles, separated by blanks."""
+
+
+FLOW, VORTICES, FORCES, BIRTH = "kernels/flow.py", "kernels/vortices.py", "kernels/forces.py", "kernels/birth.py"
+MUTATIONS = (
+    Mutation("uniform", FLOW, "    return p.strength\n", "    return p.strength * 1.01\n", {"uniform": "wind streakline", "strengths": "all_four"}),
+    Mutation("source", FLOW, "p.strength[0] * INVERSE_TWO_PI / (wp.dot", "1.01 * p.strength[0] * INVERSE_TWO_PI / (wp.dot",
+             {"source": "source sink driven", "sink_drain": "hole"}),
+    Mutation("point_source", FLOW, "p.strength[0] * INVERSE_FOUR_PI", "1.01 * p.strength[0] * INVERSE_FOUR_PI",
+             {"point_source": "rate shell", "campfire": "tip"}),
+    Mutation("vortex", FLOW, "(g * p.strength[0]", "(1.01 * g * p.strength[0]",
+             {"vortex": "ideal rankine lamb_oseen scully", "campfire": "swirl", "sink_drain": "swirl", "smoke_street": "street"}),
+    Mutation("rankine", FLOW, "wp.min(1.0, r2 / core2)", "wp.min(1.0, r2 / (1.01 * core2))", {"vortex": "rankine"}),
+    Mutation("lamb_oseen", FLOW, "q = r2 / core2", "q = r2 / (1.01 * core2)", {"vortex": "lamb_oseen"}),
+    Mutation("scully", FLOW, "g = r2 / (r2 + core2)", "g = r2 / (r2 + 1.01 * core2)", {"vortex": "scully", "campfire": "swirl"}),
+    Mutation("doublet", FLOW, "wp.dot(d, p.strength) / r2)) / r2", "wp.dot(d, p.strength) / r2)) * 1.01 / r2",
+             {"doublet": "top stagnation over_the_top"}),
+    Mutation("rotation", FLOW, "wp.cross(p.axis, x - p.center) * p.strength[0]", "wp.cross(p.axis, x - p.center) * 1.01 * p.strength[0]",
+             {"rotation": "turned vane", "fountain": "pool"}),
+    Mutation("constant", FORCES, "g = 1.0 / wp.sqrt(s2)", "g = 1.01 / wp.sqrt(s2)", {"attractor": "circle rosette", "galaxy": "halo"}),
+    Mutation("inverse_square", FORCES, "g = 1.0 / (s2", "g = 1.01 / (s2", {"attractor": "kepler", "galaxy": "core companion"}),
+    Mutation("spring", FORCES, "g = float(1.0)", "g = float(1.01)",
+             {"attractor": "swing", "solvers": "euler_gains verlet_turns rk4_turns"}),
+    Mutation("gravity", "warpsim/environment.py", "wp.vec3(*self.scene.gravity)", "wp.vec3(*(1.01 * g for g in self.scene.gravity))",
+             {"ballistic": "top throw", "coupling": "parabola stokes", "sink_drain": "jet", "snow": "flake"}),
+    Mutation("drag_rate", "kernels/environment.py", "viscosity) * inverse_mass", "viscosity) * inverse_mass * 1.01",
+             {"coupling": "drag stokes", "campfire": "smoke spark", "fountain": "drop droplet", "snow": "flake caked"}),
+    Mutation("stokes", "kernels/environment.py", "SIX_PI * radius", "1.01 * SIX_PI * radius", {"coupling": "stokes"}),
+    Mutation("kick", "kernels/integration.py", "(h * mean_decay(k * h))", "(1.01 * h * mean_decay(k * h))",
+             {"coupling": "parabola drag", "attractor": "circle"}),
+    Mutation("drift", "kernels/integration.py", "return x + v * h\n", "return x + v * (real(1.01) * h)\n",
+             {"uniform": "streakline", "coupling": "parabola tracer", "strengths": "keyframes sine"}),
+    Mutation("ballistic_position", "kernels/integration.py", "(0.5 * t)", "(0.505 * t)", {"ballistic": "top throw", "sink_drain": "jet"}),
+    Mutation("keyframes", "kernels/signals.py", "a[1] + (b[1] - a[1])", "a[1] + wp.float64(1.01) * (b[1] - a[1])", {"strengths": "keyframes"}),
+    Mutation("sine", "kernels/signals.py", "s.mean + s.amplitude *", "s.mean + wp.float64(1.01) * s.amplitude *",
+             {"strengths": "all_four sine", "rotation": "turned vane", "campfire": "tip swirl", "uniform": "wind streakline"}),
+    Mutation("expression_sine", "kernels/expressions.py", "return sin64(x)\n", "return wp.float64(1.01) * sin64(x)\n",
+             {"strengths": "all_four", "smoke_street": "street"}),
+    Mutation("count", "kernels/emission.py", "mean = wp.max(sample_signal", "mean = wp.float64(1.01) * wp.max(sample_signal",
+             {"count_laws": "constant_mean", "emitter_shapes": "births", "sink_drain": "foam"}),
+    Mutation("lifetime", BIRTH, "wp.max(draw(emitter.lifetime", "wp.max(1.01 * draw(emitter.lifetime", {"emitter_shapes": "births", "sink_drain": "foam"}),
+    Mutation("mass", BIRTH, "wp.max(draw(emitter.mass", "wp.max(1.01 * draw(emitter.mass", {"coupling": "drag stokes", "snow": "flake"}),
+    Mutation("radius", BIRTH, "wp.max(draw(emitter.extent", "wp.max(1.01 * draw(emitter.extent", {"coupling": "stokes"}),
+    Mutation("speed", BIRTH, "return d * draw(emitter.speed", "return d * 1.01 * draw(emitter.speed",
+             {"ballistic": "top throw speed", "coupling": "parabola drag"}),
+    Mutation("cone", BIRTH, "(1.0 - emitter.cone_cosine)", "1.01 * (1.0 - emitter.cone_cosine)", {"fountain": "cone"}),
+    Mutation("segment", BIRTH, "emitter.half * uniform_signed", "emitter.half * 1.01 * uniform_signed", {"emitter_shapes": "segment"}),
+    Mutation("disc", BIRTH, "r = emitter.radius *", "r = 1.01 * emitter.radius *", {"emitter_shapes": "disc"}),
+    Mutation("sphere", BIRTH, "(emitter.radius * wp.max(largest", "(1.01 * emitter.radius * wp.max(largest", {"emitter_shapes": "ball"}),
+    Mutation("box", BIRTH, "wp.cw_mul(h, wp.vec3(x, y, z))", "wp.cw_mul(h * 1.01, wp.vec3(x, y, z))", {"emitter_shapes": "box faces"}),
+)  # fmt: skip
+
+
+def mutated(mutation: Mutation, folder: Path) -> Path:
+    """Return a copy of the checkout with the change."""
+    top = folder / mutation.name
+    for room in ("kernels", "warpsim", "scenes"):
+        shutil.copytree(ROOT / room, top / room, ignore=shutil.ignore_patterns("__pycache__"))
+    path = top / mutation.file
+    text = path.read_text()
+    assert text.count(mutation.old) == 1, (
+        f"{mutation.name}: {mutation.old!r} must stand once in {mutation.file}, not {text.count(mutation.old)} times"
+    )
+    path.write_text(text.replace(mutation.old, mutation.new))
+    return top
+
+
+def verified(top: Path, scenes, cache: Path) -> tuple[int, dict[str, dict[str, str]]]:
+    """Return exit code and verdicts, scene -> oracle -> verdict, of `verify` in a checkout, with a kernel cache of its own."""
+    environment = {**os.environ, "PYTHONPATH": str(top), "WARP_CACHE_PATH": str(cache), "PYTHONDONTWRITEBYTECODE": "1"}
+    line = [sys.executable, "-m", "warpsim", "verify", *scenes, "--device", "cpu", "--threads", "1", "--json"]
+    done = subprocess.run(line, cwd=top, env=environment, capture_output=True, text=True)
+    assert done.stdout, done.stderr
+    results = json.loads(done.stdout)
+    return done.returncode, {result["scene"]: {oracle["name"]: oracle["verdict"] for oracle in result["oracles"]} for result in results}
+
+
+def survivors(mutation: Mutation, folder: Path) -> list[str]:
+    """Return the oracles that must turn red and do not."""
+    code, verdicts = verified(mutated(mutation, folder), mutation.red, folder / "cache")
+    shutil.rmtree(folder / mutation.name)
+    wanted = [(scene, oracle) for scene, oracles in mutation.red.items() for oracle in oracles.split()]
+    lasting = [
+        f"{scene}.{oracle}: {verdicts[scene].get(oracle, 'no such oracle')}"
+        for scene, oracle in wanted
+        if verdicts[scene].get(oracle) != "fail"
+    ]
+    return lasting + ([] if code == 1 else [f"exit code {code}"])
+
+
+def main() -> int:
+    """Run the matrix, or what is named; exit status 1 if any oracle stays green."""
+    chosen = [mutation for mutation in MUTATIONS if mutation.name in sys.argv[1:] or not sys.argv[1:]]
+    green = 0
+    with tempfile.TemporaryDirectory() as folder:
+        for mutation in chosen:
+            lasting = survivors(mutation, Path(folder))
+            green += len(lasting)
+            print(
+                f"{mutation.name:<20} {'; '.join(lasting) or 'red: ' + ', '.join(f'{s} {o}' for s, o in mutation.red.items())}", flush=True
+            )
+    print(f"{len(chosen)} formulas changed by 1 %, {green} oracles that should have turned red and did not")
+    return 1 if green else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
