@@ -31,7 +31,8 @@ class Mutation(NamedTuple):
 
 FLOW, VORTICES, FORCES, BIRTH = "kernels/flow.py", "kernels/vortices.py", "kernels/forces.py", "kernels/birth.py"
 MUTATIONS = (
-    Mutation("uniform", FLOW, "    return p.strength\n", "    return p.strength * 1.01\n", {"uniform": "wind streakline", "strengths": "all_four"}),
+    Mutation("uniform", FLOW, "    return p.strength\n", "    return p.strength * 1.01\n",
+             {"uniform": "wind streakline", "strengths": "all_four"}),
     Mutation("source", FLOW, "p.strength[0] * INVERSE_TWO_PI / (wp.dot", "1.01 * p.strength[0] * INVERSE_TWO_PI / (wp.dot",
              {"source": "source sink driven", "sink_drain": "hole"}),
     Mutation("point_source", FLOW, "p.strength[0] * INVERSE_FOUR_PI", "1.01 * p.strength[0] * INVERSE_FOUR_PI",
@@ -59,14 +60,16 @@ MUTATIONS = (
     Mutation("drift", "kernels/integration.py", "return x + v * h\n", "return x + v * (real(1.01) * h)\n",
              {"uniform": "streakline", "coupling": "parabola tracer", "strengths": "keyframes sine"}),
     Mutation("ballistic_position", "kernels/integration.py", "(0.5 * t)", "(0.505 * t)", {"ballistic": "top throw", "sink_drain": "jet"}),
-    Mutation("keyframes", "kernels/signals.py", "a[1] + (b[1] - a[1])", "a[1] + wp.float64(1.01) * (b[1] - a[1])", {"strengths": "keyframes"}),
+    Mutation("keyframes", "kernels/signals.py", "a[1] + (b[1] - a[1])", "a[1] + wp.float64(1.01) * (b[1] - a[1])",
+             {"strengths": "keyframes"}),
     Mutation("sine", "kernels/signals.py", "s.mean + s.amplitude *", "s.mean + wp.float64(1.01) * s.amplitude *",
              {"strengths": "all_four sine", "rotation": "turned vane", "campfire": "tip swirl", "uniform": "wind streakline"}),
     Mutation("expression_sine", "kernels/expressions.py", "return sin64(x)\n", "return wp.float64(1.01) * sin64(x)\n",
              {"strengths": "all_four", "smoke_street": "street"}),
     Mutation("count", "kernels/emission.py", "mean = wp.max(sample_signal", "mean = wp.float64(1.01) * wp.max(sample_signal",
              {"count_laws": "constant_mean", "emitter_shapes": "births", "sink_drain": "foam"}),
-    Mutation("lifetime", BIRTH, "wp.max(draw(emitter.lifetime", "wp.max(1.01 * draw(emitter.lifetime", {"emitter_shapes": "births", "sink_drain": "foam"}),
+    Mutation("lifetime", BIRTH, "wp.max(draw(emitter.lifetime", "wp.max(1.01 * draw(emitter.lifetime",
+             {"emitter_shapes": "births", "sink_drain": "foam"}),
     Mutation("mass", BIRTH, "wp.max(draw(emitter.mass", "wp.max(1.01 * draw(emitter.mass", {"coupling": "drag stokes", "snow": "flake"}),
     Mutation("radius", BIRTH, "wp.max(draw(emitter.extent", "wp.max(1.01 * draw(emitter.extent", {"coupling": "stokes"}),
     Mutation("speed", BIRTH, "return d * draw(emitter.speed", "return d * 1.01 * draw(emitter.speed",
