@@ -270,3 +270,27 @@ def test_collisions_are_the_same_after_going_back():
     sim.seek(25)
     sim.seek(60)
     assert sim.state_hash() == expected and sim.statistics()["c"]["children"] > 50
+
+
+def test_events_of_particles_that_act_on_each_other_share_their_bits(monkeypatch):
+    """With neighbors every substep is a launch of its own; children by a method with a history; births, deaths and bounces all heard."""
+    monkeypatch.setattr("warpsim.launch.PARALLEL_FROM", 0)
+    cloud = {
+        "rate": 700.0,
+        "shape": {"type": "sphere", "radius": 0.5},
+        "lifetime": {"mean": 0.3, "spread": 0.2},
+        "velocity": BURST["velocity"],
+    }
+    emitters = [{**BURST, "lifetime": 0.3, **listening(event, 2, share=0.5)} for event in ("birth", "death", "collision")]
+    children = {"type": "particles", "solver": "abm_pece_4", "feels": {"forces": False}, "emitters": emitters}
+    document = {
+        "name": "law",
+        "forces": [{"type": "pairwise", "strength": 0.001, "radius": 0.3}],
+        "colliders": [{**GROUND, "center": [0, -0.6, 0]}],
+    }
+    document |= {"systems": {"c": children, "p": {"type": "particles", "capacity": 2000, "emitters": [cloud]}}}
+    scene = warpsim.Scene.model_validate(document)
+    runs = [simulate(scene, native=native, threads=n, seconds=0.5) for native, n in ((True, 1), (True, 3), (False, 1), (False, 2))]
+    assert len({sim.state_hash() for sim in runs}) == 1
+    p, c = (runs[0].statistics()[name] for name in ("p", "c"))
+    assert c["children"] > 2 * (p["born"] + p["born"] - p["live"]), "some bounced"
