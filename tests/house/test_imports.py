@@ -37,14 +37,14 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "observers": "frame files meshes",
     "reporting": "",
     "filming": "observers",
-    "streamlines": "",
+    "streamlines": "files",
     "announcing": "observers reporting",
     "playback": "scene changes interruption reporting announcing",
     "runner": f"scene simulation changes frame observers files kernel_cache interruption {PLAYING}",
     "screening": f"environment probes replay runner interruption {PLAYING}",
     "verify": "scene simulation environment probes convergence",
     "cli": "verify scene simulation frame observers files kernel_cache interruption runner screening replay reporting launch memory "
-    "convergence plotting",
+    "convergence plotting streamlines",
     "__main__": "cli",
     "__init__": "scene simulation frame",
 }

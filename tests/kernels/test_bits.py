@@ -32,6 +32,9 @@ BODIES = {
 FLOW = [{"type": kind} | BODIES[kind] for kind in FLOWS]
 VORTICES = ("vortex", "vortex_segment", "vortex_ring")
 FLOW += [{"type": k} | BODIES[k] | {"core": {"model": core, "radius": 0.3}} for core in CORES if core != "ideal" for k in VORTICES]
+PLACES = {kind: place for place, kind in enumerate(FLOWS)}
+MAST = {"type": "cylinder", "center": [0, 0, -6], "radius": 0.5, "circulation": SINE, "answers": [PLACES["uniform"], PLACES["source"]]}
+FLOOR = {"type": "wall", "center": [0, -9, 0], "answers": [PLACES[k] for k in ("point_source", "vortex_segment", "vortex_ring")]}
 FORCES = [{"type": "attractor", "center": [k, 1, 0], "strength": 0.001, "law": law} for k, law in enumerate(ATTRACTOR_LAWS)]
 EXTENTS = {
     "segment": {"start": [0, 0, 0], "end": [1, 1, 0]},
@@ -68,7 +71,8 @@ def crowd(name: str, live: int, **keys):
         system = {"coupling": "tracer", "solver": name.removeprefix("tracer_")}
     if name == "ballistic":
         system = {"motion": "ballistic", "feels": {"forces": False}}
-    document = {"flow": FLOW, "forces": FORCES, "gravity": (0.0, -9.81, 0.0), "capacity": live + live // 8 + 30, "substeps": 2} | keys
+    document = {"flow": FLOW, "obstacles": [MAST, FLOOR], "forces": FORCES, "gravity": (0.0, -9.81, 0.0), "substeps": 2}
+    document |= {"capacity": live + live // 8 + 30} | keys
     return scene(*emitters(live), **document, **system)
 
 

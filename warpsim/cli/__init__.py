@@ -25,7 +25,7 @@ def _application():
     """Return the typer application. Its help is plain text: rendering it with rich costs more than all the rest of `--help`."""
     import typer
 
-    from warpsim.cli import converge, doctor, info, list, new, run, schema, validate, verify, view
+    from warpsim.cli import converge, doctor, info, list, new, run, schema, streamlines, validate, verify, view
 
     app = typer.Typer(
         add_completion=False, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False, context_settings=_HELP_OPTIONS
@@ -43,6 +43,7 @@ def _application():
     app.command("validate")(validate.validate)
     app.command("verify")(verify.verify)
     app.command("converge")(converge.converge)
+    app.command("streamlines")(streamlines.streamlines)
     app.command("schema")(schema.schema)
     app.command("doctor")(doctor.doctor)
     return app

@@ -29,6 +29,10 @@ class Obstacle(Spec):
         """Return the field of a primitive of an answerable type that keeps it from having an image, and why; None if it has one."""
         raise NotImplementedError
 
+    def encloses(self, place: Vec3) -> bool:
+        """Tell whether a place is inside, where nothing flows."""
+        raise NotImplementedError
+
 
 class Cylinder(Obstacle):
     """A cylinder without end, answered by Milne-Thomson's circle theorem; with a circulation of its own it turns."""
@@ -54,6 +58,9 @@ class Cylinder(Obstacle):
         if distance <= self.radius:
             return "center", f"is {distance:g} m from the cylinder's axis and must be outside, beyond its radius of {self.radius:g} m"
         return None
+
+    def encloses(self, place: Vec3) -> bool:
+        return math.hypot(*_across(self.axis, _minus(place, self.center))) < self.radius
 
 
 class Wall(Obstacle):
@@ -84,6 +91,9 @@ class Wall(Obstacle):
         if is_number(reach := getattr(primitive, "radius", 0.0)):
             height -= reach * _sine(primitive.normal, self.normal) if reach else 0.0  # the lowest point of a ring
         return ("center", self._behind(height)) if height <= 0.0 else None
+
+    def encloses(self, place: Vec3) -> bool:
+        return self._height(place) < 0.0
 
     def _height(self, place: Vec3) -> float:
         return _dot(_minus(place, self.center), _unit(self.normal))
