@@ -44,6 +44,8 @@ class Study:
     system: str
     form: str
     """first-order (tracers) or second-order."""
+    duration: float
+    """Of the path [s]: the scene's, or the particle's lifetime where that is shorter."""
     steps: tuple[float, ...]
     methods: tuple[MethodErrors, ...]
 
@@ -58,7 +60,7 @@ class Path:
 
 
 class Experiment:
-    """One particle of a system, alone in what it feels; the mean of its first emitter's initial values.
+    """One particle of a system, alone in what it feels; with the mean of its first emitter's initial values, for as long.
 
     Raises SceneError where the scene has what float64 does not: see `unsuitable`.
     """
@@ -69,7 +71,7 @@ class Experiment:
         if problems:
             raise SceneError(problems)
         self.spec = scene.systems[self.system]
-        self.duration = scene.time.duration
+        self.duration = min(scene.time.duration, self.spec.emitters[0].lifetime.mean)
         self.tracer = self.spec.coupling == "tracer"
         self.methods = FIRST_ORDER_FORM if self.tracer else SECOND_ORDER_FORM
         self._setting = setting(scene, self.spec)
@@ -110,7 +112,8 @@ def study(scene: Scene, system: str | None = None, solvers: Sequence[str] | None
     chosen = [solver for solver in experiment.methods if solvers is None or solver in solvers]
     methods = tuple(measured(experiment, solver, counts, exact) for solver in chosen)
     steps = tuple(experiment.duration / count for count in counts)
-    return Study(experiment.system, "first-order" if experiment.tracer else "second-order", steps, methods)
+    form = "first-order" if experiment.tracer else "second-order"
+    return Study(experiment.system, form, experiment.duration, steps, methods)
 
 
 def convergence_order(scene: Scene, system: str | None = None, solver: str | None = None) -> float | None:

@@ -42,7 +42,7 @@ def converge(
     if json:
         print_json(_plain(result))
         return Exit.OK
-    _print(result, loaded)
+    _print(result)
     if plot:
         typer.echo(f"drawn: {plot}")
     return Exit.OK
@@ -65,10 +65,10 @@ def _pen(plot: Path):
     return draw_study
 
 
-def _print(study, scene) -> None:
+def _print(study) -> None:
     """Print the table: a row per method and precision."""
     form = "x' = u (tracers)" if study.form == "first-order" else "x' = v, v' = forces"
-    typer.echo(f"{study.system}: largest distance from the exact path in {scene.time.duration:g} s [m]; {form}\n")
+    typer.echo(f"{study.system}: largest distance from the exact path in {study.duration:g} s [m]; {form}\n")
     typer.echo(f"{'step [s]':<26}" + "".join(f"{step:>9.3g}" for step in study.steps) + "  order  theory")
     for method in study.methods:
         order = "    -" if method.order is None else f"{method.order:5.2f}"
