@@ -12,7 +12,7 @@ from warpsim.scene.emitters import Mesh
 from warpsim.scene.problems import Problem
 
 MOST_CELLS = 128  # of the grid along its longest side
-MOST_PAIRS = 1 << 24  # of a triangle and a cell within its box
+MOST_PAIRS = 1 << 22  # of a triangle and a cell within its box
 ACCEPTED = 0.5  # share of the cells that should be inside: a finer grid costs more than it saves
 UNLIKELY = 1e-9  # chance that every attempt of one birth is outside
 
