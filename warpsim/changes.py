@@ -15,7 +15,7 @@ from warpsim.scene.strengths import Formula, Keyframes, Sine
 FIXED = frozenset(
     (
         "name description seed fps substeps prewarm capacity motion solver type interval start stop burst feels memory law model fill "
-        "octaves action side min_speed"
+        "octaves action side min_speed points springs generator pins"
     ).split()
 )
 
@@ -65,7 +65,7 @@ def difference(old: Any, new: Any, path: tuple[str, ...]) -> str | None:
             return where
         pairs = [(str(k), a, b) for k, (a, b) in enumerate(zip(old, new, strict=True))]
     for name, a, b in pairs:
-        if name in FIXED and a != b and not _is_place(a):
+        if name in FIXED and a != b and not (name == "start" and _is_place(a)):
             return ".".join([*path, name])
         if found := difference(a, b, (*path, name)):
             return found
@@ -73,7 +73,7 @@ def difference(old: Any, new: Any, path: tuple[str, ...]) -> str | None:
 
 
 def _is_place(value: Any) -> bool:
-    """Whether this is a point, such as the `start` of a segment: an emitter's `start` is a time."""
+    """Whether this is a point: the `start` of a segment is one, an emitter's is a time."""
     return isinstance(value, tuple) and len(value) == 3 and all(isinstance(component, int | float) for component in value)
 
 

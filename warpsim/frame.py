@@ -8,8 +8,9 @@ import numpy as np
 class SystemFrame:
     """One system's live particles in order of birth. Arrays are copies, read-only, and stay as they are when the simulation moves on."""
 
-    def __init__(self, fetch, fields: tuple[str, ...], pack, count, index: int, fps: float):
+    def __init__(self, fetch, fields: tuple[str, ...], pack, count, index: int, fps: float, topology: dict[str, np.ndarray] | None = None):
         self._fetch, self._fields, self._pack, self._count, self._index, self._fps = fetch, fields, pack, count, index, fps
+        self._topology = topology
         self._arrays: dict[str, np.ndarray] = {}
         self._past = False
 
@@ -40,6 +41,21 @@ class SystemFrame:
     def count(self) -> int:
         """Number of live particles."""
         return len(self._get("lifetime")) if "lifetime" in self._arrays else self._count()
+
+    @property
+    def is_network(self) -> bool:
+        """Whether springs join its points, which then neither come nor go."""
+        return self._topology is not None
+
+    @property
+    def springs(self) -> np.ndarray:
+        """int32 (m, 2): the points that each spring joins, the same in every frame; none for particles."""
+        return self._topology["springs"] if self._topology else np.zeros((0, 2), np.int32)
+
+    @property
+    def triangles(self) -> np.ndarray:
+        """int32 (m, 3): the points at the corners of each triangle of the surface, the same in every frame; none without a surface."""
+        return self._topology["triangles"] if self._topology else np.zeros((0, 3), np.int32)
 
     @property
     def position(self) -> np.ndarray:

@@ -10,6 +10,7 @@ from warpsim.scene.forces import felt_pairs
 from warpsim.scene.obstacles import answers
 from warpsim.scene.pacing import is_adaptive, substep_count
 from warpsim.scene.particles import MULTISTEP_SOLVERS
+from warpsim.scene.springs import Springs
 
 BYTES_PER_PARTICLE = 60  # fields (52), flag of the living, and the place in a snapshot's index; a test holds it to the population's own
 BYTES_PER_PRIMITIVE = 384  # one row of a table of flow or forces
@@ -17,6 +18,9 @@ BYTES_PER_COLLIDER = 208  # one row of a table of colliders
 BYTES_PER_EVENT = 68  # a row of the log of a kind of event, and its place in the prefix sum
 BYTES_PER_NEIGHBOR = 64  # the grid, places in its order, and what neighbors do
 TABLE_PER_FILE = 8  # bytes of a mesh's table per byte of its file: 44 and more per triangle, of which a binary file spends 19
+BYTES_PER_POINT = 16  # internal acceleration and inverse mass of a network's point
+BYTES_PER_SPRING = 48  # twice, for both ends: neighbor, spring, rest length, stiffness, damping; and its place in frames
+BYTES_PER_VERTEX = 24  # at least, of a mesh file
 BYTES_PER_SEGMENT = 40  # a run of births within a frame
 GIB = 1 << 30
 
@@ -30,6 +34,11 @@ def estimate_memory(scene: Scene) -> int:
     total = 0
     for name, system in scene.systems.items():
         count = substep_count(system, scene.time)
+        total += (2 * count + 1) * (flow_row_count(scene) + len(scene.forces)) * BYTES_PER_PRIMITIVE
+        total += (2 * count + 2) * len(scene.colliders) * BYTES_PER_COLLIDER
+        if isinstance(system, Springs):
+            total += network_memory(system)
+            continue
         more = (24 if system.motion == "ballistic" else 0) + (12 * system.look.trail.points if system.look.trail else 0)
         order = MULTISTEP_SOLVERS.get(system.solver, 0)
         more += 12 * (order - 1) + 4 if order else 0
@@ -42,8 +51,6 @@ def estimate_memory(scene: Scene) -> int:
         total += 3 * system.capacity * (BYTES_PER_PARTICLE + more)  # the state, that of frame 0, and the last good one
         total += sum(asset.path.stat().st_size * TABLE_PER_FILE for asset in assets_of(system.emitters))
         total += sum(BYTES_PER_SEGMENT * pieces(emitter, scene.time.fps) for emitter in system.emitters)
-        total += (2 * count + 1) * (flow_row_count(scene) + len(scene.forces)) * BYTES_PER_PRIMITIVE
-        total += (2 * count + 2) * len(scene.colliders) * BYTES_PER_COLLIDER
     total += sum(asset.path.stat().st_size * TABLE_PER_FILE for asset in assets_of(scene.colliders))
     return total + sum(grid_memory(spec, place) for place, spec in enumerate(scene.flow) if spec.type == "grid")
 
@@ -53,6 +60,14 @@ def grid_memory(spec, place: int) -> int:
     from warpsim.grids import grid_bytes  # imports NumPy
 
     return 2 * grid_bytes(spec.file.path, f"flow.{place}.file", spec.array)
+
+
+def network_memory(system: Springs) -> int:
+    """Return the bytes that a network takes on its device, but for its tables; one from a file is guessed by the file's size."""
+    size = system.generator.file.path.stat().st_size if system.point_count is None else 0
+    points, springs = system.point_count or size // BYTES_PER_VERTEX, system.spring_count or 3 * size // BYTES_PER_VERTEX
+    state = BYTES_PER_PARTICLE + (12 * system.look.trail.points if system.look.trail else 0)
+    return 4 * points * state + points * BYTES_PER_POINT + springs * BYTES_PER_SPRING  # also the state to start anew from
 
 
 def flow_row_count(scene: Scene) -> int:

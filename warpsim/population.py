@@ -64,6 +64,15 @@ class Population:
         view = self.slab[rows.start] if self.fields[name].rows == 1 else self.slab[rows]
         return view.view(dtype)
 
+    def view(self, position: str = "position", velocity: str = "velocity") -> emission.Particles:
+        """Return the population as its kernels see it, with the given fields for position and velocity."""
+        view = emission.Particles()
+        view.position, view.velocity, view.alive = self.field(position), self.field(velocity), self.alive
+        for name in self.fields:
+            if name in emission.Particles.vars and name not in ("position", "velocity"):
+                setattr(view, name, self.field(name))
+        return view
+
     def counter(self, name: str) -> int:
         """Return one counter; free on the CPU, waits for the device on a GPU."""
         values = self.counters.numpy() if self._on_host is None else self._on_host

@@ -10,8 +10,11 @@ import warp as wp
 
 from warpsim.frame import Frame, SystemFrame
 from warpsim.kernels import emission
+from warpsim.networks import Net, network_of
 from warpsim.poses import Poses
 from warpsim.scene import load_scene
+from warpsim.scene.springs import Network
+from warpsim.systems.networks import FOREVER
 from warpsim.systems.points import PointPacker, frames_between
 
 FRAMES_KEPT = 32  # read frames that stay in memory
@@ -41,6 +44,7 @@ class Recording:
         self.frame_count = max(self._files)
         self._poses = Poses(self.scene)
         self._packers = {name: (RecordedPopulation(device), spec.look) for name, spec in self.scene.systems.items()}
+        self._nets = {name: network_of(spec, f"systems.{name}") for name, spec in self.scene.systems.items() if isinstance(spec, Network)}
         trails = [look.trail for _, look in self._packers.values() if look.trail]
         reach = max((frames_between(trail, self.scene.time.fps) * trail.points for trail in trails), default=0)
         self._read = lru_cache(maxsize=FRAMES_KEPT + reach)(self._load)
@@ -53,7 +57,7 @@ class Recording:
         for name, (population, look) in self._packers.items():
             fields = {key.removeprefix(f"{name}."): array for key, array in arrays.items() if key.startswith(f"{name}.")}
             trail = self._trail(name, look.trail, recorded, fields) if look.trail else None
-            systems[name] = recorded_system(fields, trail, population, look, recorded, fps)
+            systems[name] = recorded_system(fields, trail, population, look, recorded, fps, self._nets.get(name))
         return Frame(systems, recorded, recorded / fps, self._poses)
 
     def _trail(self, name: str, trail, index: int, fields: dict[str, np.ndarray]) -> np.ndarray:
@@ -76,14 +80,11 @@ class Recording:
                 arrays = {key: file[key] for key in file.files}
             for name in self.scene.systems:
                 count = len(arrays[f"{name}.id"])
-                shapes = {
-                    "position": (count, 3),
-                    "velocity": (count, 3),
-                    "age": (count,),
-                    "lifetime": (count,),
-                    "mass": (count,),
-                    "radius": (count,),
-                }
+                shapes = {"position": (count, 3), "velocity": (count, 3), "mass": (count,)}
+                if name not in self._nets:
+                    shapes |= {"age": (count,), "lifetime": (count,), "radius": (count,)}
+                elif count != len(self._nets[name].points):
+                    raise ValueError
                 if f"{name}.color" in arrays:
                     shapes["color"] = (count, 4)
                 if any(arrays[f"{name}.{key}"].shape != shape for key, shape in shapes.items()):
@@ -127,9 +128,13 @@ class RecordedPopulation:
         return self._fields[name]
 
 
-def recorded_system(fields, trail: np.ndarray | None, population: RecordedPopulation, look, index: int, fps: float) -> SystemFrame:
-    """Return one system of a recorded frame; born in it, as far as ages go."""
+def recorded_system(fields, trail, population: RecordedPopulation, look, index: int, fps: float, net: Net | None) -> SystemFrame:
+    """Return one system of a recorded frame; born in it, as far as ages go. A network's points are as old as the run."""
     words = fields["id"].astype(np.uint64)
+    if net is not None:
+        count = len(words)
+        lasting = {"age": np.full(count, index / fps), "lifetime": np.full(count, FOREVER), "radius": np.zeros(count)}
+        fields = fields | lasting
     planar = {
         "position": fields["position"].astype(np.float32).T,
         "velocity": fields["velocity"].astype(np.float32).T,
@@ -146,4 +151,5 @@ def recorded_system(fields, trail: np.ndarray | None, population: RecordedPopula
     def pack(frame_index: int, limit: int | None):
         return PointPacker(population, population.take(planar), look, fps).pack(frame_index, limit)
 
-    return SystemFrame(planar.__getitem__, tuple(planar), pack, lambda: len(words), index, fps)
+    topology = None if net is None else {"springs": net.springs, "triangles": net.triangles}
+    return SystemFrame(planar.__getitem__, tuple(planar), pack, lambda: len(words), index, fps, topology)

@@ -20,8 +20,9 @@ from warpsim.probes import FlowProbe
 from warpsim.scene import Scene
 from warpsim.scene.events import in_order
 from warpsim.systems.particles import Particles
+from warpsim.systems.springs import Springs
 
-SYSTEMS = {"particles": Particles}
+SYSTEMS = {"particles": Particles, "springs": Springs}
 wp.config.log_level = max(wp.config.log_level, wp.LOG_WARNING)  # no banner and no line per module; set it lower afterwards to see them
 SNAPSHOT_EVERY = 64  # frames between the states from which the last good one is recomputed; 1 % of a run of a million particles
 MOST_KEPT = 16  # states for going back
@@ -80,7 +81,7 @@ class Simulation:
         self.environment = Environment(scene, self.device)
         self._poses = Poses(scene)
         self.flow = FlowProbe(self.environment, lambda: self.time)
-        made: dict[str, Particles] = {}  # in the order in which they move, so that each hears of the events before it
+        made: dict[str, Particles | Springs] = {}  # in the order in which they move, so that each hears of the events before it
         for name in in_order(scene.systems):
             spec = scene.systems[name]
             made[name] = SYSTEMS[spec.type](name, spec, scene, self.environment, self._clock, made)
@@ -237,6 +238,7 @@ class Simulation:
 
         Where emitters listen to events: children, how many of the births were of these. Where particles choose their substeps: their mean
         number per frame, and inexact, in how many frames of a particle even the most substeps did not keep the tolerance.
+        Of networks: elastic energy [J].
         """
         result = {}
         for name, system in self.systems.items():
@@ -245,10 +247,7 @@ class Simulation:
             result[name] = {"live": p.counter("live"), "born": p.counter("next_id") - p.counter("refused")}
             result[name] |= {"refused": p.counter("refused"), "killed": p.counter("killed")}
             result[name]["kinetic_energy"] = float(0.5 * (p.host("mass") * speed2).sum())
-            if any(emitter.on for emitter in system.spec.emitters):
-                result[name]["children"] = p.counter("children")
-            if system.care is not None:
-                result[name] |= system.substep_statistics()
+            result[name] |= system.statistics()
         return result
 
     def time_stages(self) -> dict[str, float]:
@@ -266,9 +265,9 @@ class Simulation:
         faulty = self._faulty()
         if not faulty:
             return
-        if self.scene.limits.unstable == "reset":
+        if self.scene.limits.unstable != "stop":  # kill is done already, but for networks, which are reset
             for name in faulty:
-                self.systems[name].population.clear()
+                self.systems[name].reset()
             return
         self._restore(self._kept[-1])  # find the first bad frame: on a GPU it may lie some frames back
         while not self._faulty():

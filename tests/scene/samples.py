@@ -80,6 +80,26 @@ systems:
     emitters:
       - on: {event: death, of: stones, inherit: {velocity: 0.5, color: true}}
         burst: {count: 3}
+  web:
+    type: springs
+    generator: {type: grid, resolution: [5, 4], corner: [0, 1, 0], edges: [[1, 0, 0], [0, -0.5, 0.2]]}
+    mass: 0.013
+    stiffness: 40.5
+    damping: 0.2
+    rest_length: 0.21
+    radius: 0.004
+    pins: [corners, 2]
+    pin_motion:
+      - {pins: [2], keyframes: [[0, [0, 0, 0]], [1.5, [0, 0.2, 0.1]]]}
+      - {pins: [corners], displacement: [{sine: {amplitude: 0.01, period: 4}}, 0, 0]}
+    look: {show: [points, springs, surface], width: 0.003}
+  bridge:
+    type: springs
+    points: [[0, 0, 0], [0.5, 0, 0], [1, 0, 0]]
+    springs: [[0, 1], [1, 2]]
+    mass: [1, 0.5, 1]
+    stiffness: [10, 20]
+    pins: [0]
 camera: {eye: [4, 2, 6], target: [0, 1, 0], field_of_view: 45}
 verify:
   - {name: round, type: circulation, center: [0, 0, 0], axis: [0, 1, 0], radius: 0.5, at: 2, expect: 3, tolerance: 1e-5, reason: rounding}
@@ -101,6 +121,8 @@ verify:
   - {type: emission_variance, system: sparks, of: lifetime, to: 4, expect: 0, tolerance: 1e-6}
   - {type: uniformity, system: sparks, of: place, bins: 16, to: 4, tolerance: {sigma: 4}}
   - {type: convergence_order, system: sparks, solver: heun, tolerance: 0.15}
+  - {type: place, system: web, point: 7, at: 1, expect: [0, 0, {expression: "0.5*t"}], tolerance: 9}
+  - {type: period, system: bridge, point: 2, direction: [0, 1, 0], from: 0.5, to: 6, expect: 1, tolerance: {relative: 0.5}}
   - {type: hash, at: 1, device: cpu, expect: 0123456789abcdef0123456789abcdef, reason: it would be another}
 limits: {memory: 2.5, extent: 1e5, unstable: kill}
 """

@@ -76,6 +76,9 @@ def _scene_facts(path: Path) -> dict[str, object]:
 
 
 def _system(name: str, system) -> str:
+    if system.type != "particles":
+        size = "a mesh's points and edges" if system.point_count is None else f"{system.point_count} points, {system.spring_count} springs"
+        return f"{name}: {system.type}, {size}, {system.method}"
     motion = "ballistic" if system.motion == "ballistic" else "tracer" if system.coupling == "tracer" else system.method
     return f"{name}: {system.type}, capacity {system.capacity}, {motion}, {len(system.emitters)} emitter(s)"
 

@@ -12,7 +12,7 @@ from warpsim.files import named, whole_file
 from warpsim.observers.viewer.blocks import frame_blocks
 from warpsim.observers.viewer.pages import asset_paths
 from warpsim.observers.viewer.protocol import pack_command, pack_frame
-from warpsim.observers.viewer.stage import lines_command, stage_commands
+from warpsim.observers.viewer.stage import lines_command, net_commands, stage_commands
 
 # Quantized places are noise to a compressor; the cheapest level finds what there is to find.
 _LEVEL = 1
@@ -34,7 +34,7 @@ class HtmlRecording:
 
     def __init__(self, path: Path, scene, fps: float):
         self.path, self.count = Path(path), 0
-        self._names, self._limit = list(scene.systems), scene.viewer.max_points
+        self._scene, self._names, self._limit = scene, list(scene.systems), scene.viewer.max_points
         self._failure: OSError | None = None
         self._closed = False
         self._stack = ExitStack()
@@ -47,6 +47,8 @@ class HtmlRecording:
 
     def add(self, frame) -> None:
         """Record a frame (a `warpsim.Frame`), after those that came before."""
+        if self.count == 0 and (nets := net_commands(self._scene, frame)):
+            self._commands(list(nets.values()))
         message = pack_frame(self.count + 1, frame.time, frame_blocks(frame, self._names, self._limit))
         self._block("frame", message, f' data-time="{float(frame.time)!r}"')
         self.count += 1

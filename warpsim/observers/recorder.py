@@ -3,7 +3,9 @@
 scene.yaml         the resolved scene, under a header of comments that tells what made the run
 frames/NNNNNN.npz  per system NAME.position, NAME.velocity, … of the living particles, and index, time [s]
 frames.jsonl       one line per whole frame: its file, the file's SHA-256, live counts, state hash, and the chain of state hashes so far
-stats.csv          time [s] and per system live, born, refused, killed (counts), kinetic_energy [J]; with emitters that listen: children
+topology.npz       of networks, once: NAME.springs int32 (m, 2), NAME.triangles int32 (k, 3), places in the arrays of points
+stats.csv          time [s] and per system live, born, refused, killed (counts), kinetic_energy [J]; with emitters that listen: children;
+                   of networks: elastic_energy [J]
 assets/            copies of the files that the scene names
 changes.jsonl      one line per number that was changed while it ran: before the step from frame index, path became value
 lastgood.npz       the last good state of a run that was interrupted or blew up
@@ -24,8 +26,10 @@ from warpsim.files import LineFile, sweep, whole_file, write_text
 
 HEADER = "# A warpsim run."  # first line of scene.yaml: by it a folder is known as a run folder
 CHANGES = "changes.jsonl"
+TOPOLOGY = "topology.npz"
 FIELDS = ("position", "velocity", "id", "age", "lifetime", "mass", "radius")
-STATISTICS = ("live", "born", "refused", "killed", "kinetic_energy", "children")
+NETWORK_FIELDS = ("position", "velocity", "id", "mass")  # its points neither come nor go
+STATISTICS = ("live", "born", "refused", "killed", "kinetic_energy", "children", "elastic_energy")
 
 
 class OccupiedFolder(Exception):
@@ -72,6 +76,8 @@ class Recorder:
     def record(self, frame, statistics: dict[str, dict[str, float]], state_hash: str) -> None:
         """Write one frame: its file first, then the lines that point to it, so that no line points to nothing."""
         name = f"frames/{frame.index:06d}.npz"
+        if not self._chain:
+            save_topology(self.folder / TOPOLOGY, frame)
         digest = save_frame(self.folder / name, frame)
         self._chain = chained(self._chain, state_hash)
         entry = {"index": frame.index, "time": frame.time, "file": name, "sha256": digest}
@@ -129,12 +135,15 @@ def save_frame(path: Path, frame) -> str:
     """Write a frame as a whole npz file and return its SHA-256. Equal frames give equal bytes.
 
     Arrays: NAME.position, NAME.velocity float32 (n, 3) [m, m/s], NAME.id uint64 (n,), NAME.age, .lifetime [s], .mass [kg], .radius [m]
-    float32 (n,) per system, .color uint8 (n, 4) where emitters give colors, and the scalars index and time [s]. Raises OSError, or
-    NonFiniteFrame before anything is written.
+    float32 (n,) per system (of networks position, velocity, id and mass), .color uint8 (n, 4) where emitters give colors, and the
+    scalars index and time [s]. Raises OSError, or NonFiniteFrame before anything is written.
     """
     import numpy as np
 
-    arrays = {f"{name}.{field}": getattr(frame[name], field) for name in frame for field in FIELDS}
+    arrays = {}
+    for name in frame:
+        fields = NETWORK_FIELDS if frame[name].is_network else FIELDS
+        arrays |= {f"{name}.{field}": getattr(frame[name], field) for field in fields}
     arrays |= {f"{name}.color": frame[name].color for name in frame if frame[name].has_colors}
     for key, array in arrays.items():
         if not np.isfinite(array).all():
@@ -143,6 +152,16 @@ def save_frame(path: Path, frame) -> str:
         np.savez(file, index=np.int64(frame.index), time=np.float64(frame.time), **arrays)
         file.seek(0)
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def save_topology(path: Path, frame) -> None:
+    """Write what joins the points of a frame's networks, if it has any; it is the same in every frame. Raises OSError."""
+    import numpy as np
+
+    networks = [name for name in frame if frame[name].is_network]
+    if networks:
+        with whole_file(path) as file:
+            np.savez(file, **{f"{name}.{key}": getattr(frame[name], key) for name in networks for key in ("springs", "triangles")})
 
 
 def chained(previous: str, state_hash: str) -> str:
@@ -163,7 +182,7 @@ def prepare_folder(folder: Path, overwrite: bool) -> None:
         raise OccupiedFolder(f"{folder} is not empty and holds no run of warpsim: choose another folder")
     if not overwrite:
         raise OccupiedFolder(f"{folder} already holds a run: choose another folder, or say --overwrite to replace it")
-    for name in ("frames.jsonl", "stats.csv", CHANGES, "lastgood.npz", "log.txt"):
+    for name in ("frames.jsonl", "stats.csv", CHANGES, TOPOLOGY, "lastgood.npz", "log.txt"):
         (folder / name).unlink(missing_ok=True)
     frames = folder / "frames"
     for path in frames.glob("*.npz") if frames.is_dir() else ():

@@ -110,9 +110,14 @@ def type_name(spec: type[Spec]) -> str:
     return spec.model_fields["type"].default
 
 
+def kinds_of(base: type[Spec]) -> list[type[Spec]]:
+    """Return a family's spec classes that have a `type`, those of a class in between included."""
+    return [kind for spec in base.__subclasses__() for kind in ([spec] if "type" in spec.model_fields else kinds_of(spec))]
+
+
 def one_of_types(base: type[Spec]) -> Any:
     """Build the union of a family's spec classes, told apart by `type`; defining a subclass is what registers it."""
-    members = [Annotated[spec, Tag(tag(type_name(spec)))] for spec in base.__subclasses__()]
+    members = [Annotated[spec, Tag(tag(type_name(spec)))] for spec in kinds_of(base)]
     return Annotated[Union[tuple(members)], Discriminator(_by_type)]  # noqa: UP007 (built at run time)
 
 

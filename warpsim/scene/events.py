@@ -105,6 +105,8 @@ def _mistakes_of(name: str, path: tuple, on: On, systems: Mapping[str, Any]) -> 
         return [Mistake((*path, "of"), message, ("systems",))]
     if on.of not in systems:
         return [Mistake((*path, "of"), f'there is no system "{on.of}"{_known(others)}', ("systems",), nearest(on.of, others))]
+    if not hasattr(systems[on.of], "emitters"):
+        return [Mistake((*path, "of"), f'nothing is born or dies in "{on.of}": it is a network', ("systems",))]
     if on.inherit.color and not has_colors(systems[on.of]):
         message = f'"{on.of}" has no colors of its own to inherit: its emitters need a color'
         return [Mistake((*path, "inherit", "color"), message, ("systems",))]

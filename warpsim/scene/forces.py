@@ -66,9 +66,11 @@ def felt_pairs(forces: tuple[Force, ...], chosen: Any) -> list[int]:
 
 
 def pair_mistakes(forces: tuple[Force, ...], systems: Mapping[str, Any]) -> list[Mistake]:
-    """Return a mistake for each system whose solver asks for forces at places where the others are not."""
+    """Return a mistake for each particle system whose solver asks for forces at places where the others are not."""
     found = []
     for name, system in systems.items():
+        if system.type != "particles":
+            continue
         places = felt_pairs(forces, system.feels.forces)
         if places and system.motion == "dynamic" and system.coupling != "tracer" and system.method not in PAIR_SOLVERS:
             message = (

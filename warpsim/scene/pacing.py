@@ -21,7 +21,7 @@ Substeps = one_of_forms({"number": Annotated[WholeNumber, Field(ge=1, le=10_000)
 
 def is_adaptive(spec, time) -> bool:
     """Return whether the particles of a system choose their own substeps."""
-    return (spec.substeps or time.substeps) == "auto" and spec.motion != "ballistic"
+    return (spec.substeps or time.substeps) == "auto" and spec.type == "particles" and spec.motion != "ballistic"
 
 
 def substep_count(spec, time) -> int:
@@ -36,6 +36,11 @@ def pacing_mistakes(scene) -> list[Mistake]:
     found = []
     for name, spec in scene.systems.items():
         place = ("systems", name)
+        if spec.type != "particles":
+            if (spec.substeps or scene.time.substeps) == "auto":
+                where = (*place, "substeps") if spec.substeps else ("time", "substeps")
+                found.append(Mistake(where, f"substeps: auto is for particles, but {name} is a network: give it a number of substeps"))
+            continue
         if not is_adaptive(spec, scene.time):
             for key in ("tolerance", "max_substeps"):
                 if getattr(spec, key) is not None:

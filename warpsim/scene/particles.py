@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from warpsim.scene.base import Mistake, Name, Number, Spec, Truth, WholeNumber, form_by_key, mistakes, one_of_forms, one_of_types
+from warpsim.scene.base import Mistake, Name, Number, Spec, Truth, WholeNumber, form_by_key, mistakes, one_of_forms
 from warpsim.scene.emitters import Emitter
 from warpsim.scene.look import Look
 from warpsim.scene.pacing import Substeps
@@ -135,6 +135,3 @@ def repeated_names(key: str, entries: tuple[Any, ...]) -> list[Mistake]:
         if entry.name is not None and first.setdefault(entry.name, k) != k:
             found.append(Mistake((key, k, "name"), f'the name "{entry.name}" is taken by {key}.{first[entry.name]}', (key,)))
     return found
-
-
-SystemUnion = one_of_types(System)

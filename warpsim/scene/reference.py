@@ -12,12 +12,14 @@ from warpsim.scene.expressions import DEEPEST_STACK, FUNCTIONS, LONGEST_PROGRAM
 from warpsim.scene.fields import Slot, bounds_of, choices_of, default_of, forms, keys_of
 from warpsim.scene.flow import Core, FlowPrimitive
 from warpsim.scene.forces import Force
+from warpsim.scene.generators import Generator
 from warpsim.scene.look import ColorBy, ColorRamp, Look, Ramp, Trail
 from warpsim.scene.obstacles import Obstacle
 from warpsim.scene.oracles import Oracle, Tolerance
 from warpsim.scene.particles import Drag, Feels, Particles, StokesDrag
 from warpsim.scene.phrases import in_words, range_in_words
 from warpsim.scene.scene import Limits, Scene
+from warpsim.scene.springs import NetworkLook, PinMotion, Springs
 from warpsim.scene.strengths import Formula, Keyframes, Sine, SineWave
 from warpsim.scene.timing import Time
 from warpsim.scene.viewing import Control, Viewing
@@ -38,6 +40,8 @@ _PARTS: tuple[tuple[str, str, tuple[type[Spec], ...]], ...] = (
     ("Forces", "Entries of `forces`, told apart by `type`.", (Force,)),
     ("Colliders", "Entries of `colliders`, told apart by `type`.", (Collider, Motion, Course)),
     ("Particles", "Entries of `systems` with `type: particles`.", (Particles, Feels, Drag, StokesDrag)),
+    ("Springs", "Entries of `systems` with `type: springs`: points joined by damped springs.", (Springs, PinMotion, NetworkLook)),
+    ("Generators", "What `generator` may be, told apart by `type`.", (Generator,)),
     ("Emitters", "Entries of `emitters`.", (Emitter, Rate, Burst, Velocity, Distribution)),
     ("Emitter shapes", "What `shape` may be, told apart by `type`.", (EmitterShape,)),
     ("Look", "How particles are drawn.", (Look, Ramp, ColorRamp, ColorBy, Trail)),

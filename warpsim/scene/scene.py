@@ -13,7 +13,8 @@ from warpsim.scene.forces import ForceUnion, pair_mistakes
 from warpsim.scene.nearest import listed, nearest
 from warpsim.scene.obstacles import ObstacleUnion, unanswerable
 from warpsim.scene.pacing import pacing_mistakes
-from warpsim.scene.particles import Particles, System, SystemUnion, repeated_names
+from warpsim.scene.particles import Particles, System, repeated_names
+from warpsim.scene.systems import SystemUnion
 from warpsim.scene.timing import Time
 from warpsim.scene.verification import Oracles, misfit_oracles
 from warpsim.scene.viewing import Controls, NoSuchNumber, Slider, Viewing, sliders_of

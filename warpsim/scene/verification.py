@@ -4,7 +4,13 @@ from typing import Annotated
 
 from pydantic import Field
 
-from warpsim.scene import oracles_of_births, oracles_of_flow, oracles_of_motion, oracles_of_systems  # noqa: F401  (being defined registers them)
+from warpsim.scene import (  # noqa: F401  (being defined registers them)
+    oracles_of_births,
+    oracles_of_flow,
+    oracles_of_motion,
+    oracles_of_networks,
+    oracles_of_systems,
+)
 from warpsim.scene.base import Mistake, one_of_types
 from warpsim.scene.oracles import Oracle
 

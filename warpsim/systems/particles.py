@@ -8,7 +8,7 @@ import warp as wp
 from warpsim.environment import Environment
 from warpsim.frame import SystemFrame
 from warpsim.integrators import FIRST_ORDER_FORM, SECOND_ORDER_FORM, Ballistic, Integrator
-from warpsim.kernels import adaptive, emission, integration, lifecycle_loops, lifetime
+from warpsim.kernels import adaptive, integration, lifecycle_loops, lifetime
 from warpsim.launch import Stage
 from warpsim.population import CONTACT, FIELDS, Field, Population
 from warpsim.scene import Scene
@@ -74,9 +74,9 @@ class Particles:
         self.pace = integration.Pace()
         self.pace.dt, self.pace.fps, self.pace.substep_count = 1.0 / (scene.time.fps * count), scene.time.fps, count
         self.pace.first, self.pace.last = 0, count
-        self.particles = self._view("position", "velocity")
+        self.particles = self.population.view()
         self.pairs = self._pair_forces(environment)
-        self.newborn = self._view("birth_position", "birth_velocity") if ballistic else self.particles
+        self.newborn = self.population.view("birth_position", "birth_velocity") if ballistic else self.particles
         self.points = PointPacker(self.population, self.particles, spec.look, scene.time.fps)
         self.events = Events(heard, self.population, clock, self.surroundings.row, scene.time.fps)
         logs = [earlier[emitter.on.of].events.log(emitter.on) for emitter in spec.emitters if emitter.on is not None]
@@ -91,15 +91,6 @@ class Particles:
         if not self.method.splits_pairs:
             self.particles.internal = pairs.internal
         return pairs
-
-    def _view(self, position: str, velocity: str) -> emission.Particles:
-        """Return the population as its kernels see it, with the given fields for position and velocity."""
-        view = emission.Particles()
-        view.position, view.velocity, view.alive = self.population.field(position), self.population.field(velocity), self.population.alive
-        for name in self.population.fields:
-            if name in emission.Particles.vars and name not in ("position", "velocity"):
-                setattr(view, name, self.population.field(name))
-        return view
 
     def stages(self, native: bool) -> Iterator[Stage]:
         """Yield the frame's stages; nothing here waits for the device."""
@@ -141,10 +132,17 @@ class Particles:
         self.emission.change(spec, scene)
         self.points.change(spec.look)
 
-    def substep_statistics(self) -> dict[str, float]:
-        """Return of a system whose particles choose their substeps: the mean number per frame, and how often the most did not suffice."""
-        chosen = np.exp2(self.population.host("level"))
-        return {"substeps": float(chosen.mean()) if len(chosen) else 0.0, "inexact": self.population.counter("coarse")}
+    def reset(self) -> None:
+        """Remove all particles; the emitters go on."""
+        self.population.clear()
+
+    def statistics(self) -> dict[str, float]:
+        """Return what there is to tell besides counts and kinetic energy: children of events, and how substeps were chosen."""
+        numbers = {"children": self.population.counter("children")} if any(emitter.on for emitter in self.spec.emitters) else {}
+        if self.care is not None:
+            chosen = np.exp2(self.population.host("level"))
+            numbers |= {"substeps": float(chosen.mean()) if len(chosen) else 0.0, "inexact": self.population.counter("coarse")}
+        return numbers
 
     def save(self) -> dict[str, np.ndarray]:
         """Return a copy of the full state."""

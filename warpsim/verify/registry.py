@@ -1,6 +1,6 @@
 """Which measurer measures which oracle. A new kind is its spec in warpsim/scene, its measurer in this room, and a line here."""
 
-from warpsim.verify import births, flow, motion, orders, systems
+from warpsim.verify import births, flow, motion, networks, orders, systems
 from warpsim.verify.measurers import Measurer
 
 MEASURERS: dict[str, type[Measurer]] = {
@@ -27,6 +27,8 @@ MEASURERS: dict[str, type[Measurer]] = {
     "size": systems.SizeMeasurer,
     "convergence_order": orders.ConvergenceOrderMeasurer,
     "hash": systems.HashMeasurer,
+    "place": networks.PlaceMeasurer,
+    "period": networks.PeriodMeasurer,
 }
 
 TOGETHER: dict[str, type[Measurer]] = {

@@ -17,7 +17,7 @@ def frame_blocks(frame, names: list[str], limit: int | None) -> list[Block]:
 
 def cloud_blocks(slot: int, system, limit: int | None) -> list[Block]:
     """Return the blocks of one system's points; positions are 16 bits a component in the box of the cloud."""
-    cloud = system.packed(limit)
+    cloud = system.packed(None if system.is_network else limit)  # what joins its points counts on all of them
     # The page sees a normalized component as 0..1, so its scale is the whole box, not one step of it.
     box = (np.asarray(cloud.scale, np.float32) * np.float32(65535.0), cloud.offset)
     blocks = [

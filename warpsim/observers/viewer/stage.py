@@ -60,6 +60,23 @@ def _cloud(slot: int, name: str, look) -> dict:
     return {"type": "warpsim_cloud", "slot": slot, "name": name, "path": path, "shape": look.as_, "blend": look.blend}
 
 
+def net_commands(scene, frame) -> dict[str, bytes]:
+    """Return by key the commands that join the points of a frame's networks; they hold for the whole run."""
+    commands = {}
+    for slot, (name, system) in enumerate(scene.systems.items()):
+        if frame[name].is_network:
+            commands[f"net {slot}"] = pack_command(_net(slot, frame[name], system.look))
+    return commands
+
+
+def _net(slot: int, system, look) -> dict:
+    shown = look.show or (("surface",) if len(system.triangles) else ("points", "springs"))
+    width = look.width if look.width is not None else 0.4 * max(size for _, size in look.size.stops)
+    numbers = {key: np.ascontiguousarray(getattr(system, key), "<u4").tobytes() for key in ("springs", "triangles")}
+    parts = {"points": "points" in shown, "lines": "springs" in shown, "surface": "surface" in shown}
+    return {"type": "warpsim_net", "slot": slot, "width": float(width), **parts, **numbers}
+
+
 def _control(slider) -> dict:
     """What a page needs of a slider; it answers with the slider's place in the list, so no name comes back from it."""
     value = None if slider.value is None else float(slider.value)

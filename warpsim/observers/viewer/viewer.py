@@ -11,7 +11,7 @@ from warpsim.observers.viewer.controls import Bulletin, Command, Inbox, Status, 
 from warpsim.observers.viewer.hub import DEFAULT_PORT, Hub
 from warpsim.observers.viewer.pages import checked_token
 from warpsim.observers.viewer.protocol import pack_command, pack_frame
-from warpsim.observers.viewer.stage import lines_command, stage_commands
+from warpsim.observers.viewer.stage import lines_command, net_commands, stage_commands
 
 # All points go out while the run stands still, up to so many: 48 MB a frame, and a browser still turns them.
 MOST_POINTS_AT_REST = 4_000_000
@@ -38,6 +38,7 @@ class Viewer:
     """
 
     def __init__(self, scene, host: str = "127.0.0.1", port: int | None = None, token: str | None = None):
+        self._scene, self._joined = scene, False
         self._names = list(scene.systems)
         self._most_points = scene.viewer.max_points
         self._shown: tuple[int, float, bool] | None = None
@@ -66,6 +67,7 @@ class Viewer:
         if moment == self._shown:
             return
         began = time.perf_counter()
+        self._join(frame)
         limit = MOST_POINTS_AT_REST if full else self._most_points
         number = self._hub.number + 1
         self._hub.offer(pack_frame(number, frame.time, frame_blocks(frame, self._names, limit)), number)
@@ -73,6 +75,13 @@ class Viewer:
         now = time.perf_counter()
         # At most half a second without a picture, however large the cloud.
         self._affordable_at = now + min((now - began) / SHARE_OF_BUSY_RUN, 0.5)
+
+    def _join(self, frame) -> None:
+        """Tell the pages, once, what joins the points of networks."""
+        if not self._joined:
+            self._joined = True
+            for key, command in net_commands(self._scene, frame).items():
+                self._hub.note(key, command)
 
     def commands(self) -> list[Command]:
         """Return what the pages have asked for since the last call, oldest first; never blocks."""

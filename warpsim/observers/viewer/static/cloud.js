@@ -18,6 +18,7 @@ class Cloud {
     this.order = shape === "sprites" && blend !== "additive" ? new DepthOrder() : null;
     this.trail = new Trail(blend, inFloats);
     this.points.add(this.trail.mesh);
+    this.net = this.last = null;
     const drawn = new T.Vector2();
     this.points.onBeforeRender = (renderer) => {
       this.fresh = false;
@@ -42,6 +43,15 @@ class Cloud {
     const { trail, trailColor, trailPoints } = parts;
     if (trail !== undefined) this.trail.show(trail, trailColor, trailPoints, 0.4 * uniforms.sizeMax.value);
     else this.trail.mesh.visible = false;
+    this.last = { position, color };
+    if (this.net !== null) this.net.show(position, color);
+  }
+
+  // What joins its points; comes once, maybe after the first frame.
+  join(c) {
+    if (this.net !== null) this.points.remove(this.net.sheet, this.net.ribbons);
+    this.net = new Net(this, c);
+    if (this.last !== null) this.net.show(this.last.position, this.last.color);
   }
 
   // Before each picture.

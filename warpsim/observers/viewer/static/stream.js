@@ -82,6 +82,8 @@ class Stream {
     } else if (c.type === "warpsim_cloud") {
       const cloud = this.clouds[c.slot] = new Cloud(c.name, c.shape, c.blend, this.stage.glow.on);
       this.viewer.set_object(c.path.split("/").filter((s) => s), cloud.points);
+    } else if (c.type === "warpsim_net") {
+      if (this.clouds[c.slot] !== undefined) this.clouds[c.slot].join(c);
     } else return false;
     this.viewer.set_dirty();
     return true;

@@ -1,0 +1,50 @@
+"""Native loop over the springs of a network for the CPU, beside the plain kernel whose bits it shares; see loops.py."""
+
+import warp as wp
+
+from warpsim.kernels.emission import Particles
+from warpsim.kernels.loops import share, snippet
+from warpsim.kernels.planar import write3
+from warpsim.kernels.springs import Network, spring_force, sum_springs
+
+SPRINGS = """
+    constexpr int B = @BLOCK@;
+    const int S = particles.position.shape[1];
+    const float *X = particles.position.data, *Y = X + S, *Z = Y + S;
+    const float *VX = particles.velocity.data, *VY = VX + S, *VZ = VY + S;
+    float *A = internal.data;
+    for (int b = begin; b < end; b += B) {
+        float FX[B] = {}, FY[B] = {}, FZ[B] = {};
+        const int last = network.begin.data[b / B + 1];
+        for (int row = network.begin.data[b / B]; row < last; ++row) {
+            const int* J = network.neighbor.data + (size_t)row * B;
+            const float *R = network.rest.data + (size_t)row * B, *K = network.stiffness.data + (size_t)row * B;
+            const float* C = network.damping.data + (size_t)row * B;
+            for (int t = 0; t < B; ++t) {
+                const int i = b + t, j = J[t];
+                const vec f = $spring_force(vec(X[i], Y[i], Z[i]), vec(VX[i], VY[i], VZ[i]), vec(X[j], Y[j], Z[j]),
+                                            vec(VX[j], VY[j], VZ[j]), R[t], K[t], C[t]);
+                FX[t] += f[0]; FY[t] += f[1]; FZ[t] += f[2];
+            }
+        }
+        const int n = end - b < B ? end - b : B;
+        for (int t = 0; t < n; ++t) {
+            const float w = network.inverse_mass.data[b + t];
+            A[b + t] = FX[t] * w; A[b + t + S] = FY[t] * w; A[b + t + 2 * S] = FZ[t] * w;
+        }
+    }
+"""
+
+
+@wp.func_native(snippet(SPRINGS, spring_force))
+def spring_range(begin: int, end: int, network: Network, particles: Particles, internal: wp.array2d[float]):
+    """Sum the springs of a range of points."""
+    for i in range(begin, end):
+        write3(internal, i, sum_springs(i, network, particles.position, particles.velocity) * network.inverse_mass[i])
+
+
+@wp.kernel(enable_backward=False)
+def accumulate_springs(part: int, part_count: int, network: Network, particles: Particles, internal_out: wp.array2d[float]):
+    """Store what the springs do to one part of the points."""
+    cut = share(part + wp.tid(), part_count, network.point_count)
+    spring_range(cut[0], cut[1], network, particles, internal_out)

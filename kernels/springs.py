@@ -1,0 +1,106 @@
+"""Springs: what the neighbors of a network's point do to it, gathered by each point over its springs in a fixed order.
+
+Symbols: d = x_j − x_i [m], d̂ its direction, r rest length [m], k stiffness [N/m], c damping [N·s/m]; the force on i is
+F = (k (|d| − r) + c (v_j − v_i)·d̂) d̂. d changes its sign with i and j and nothing else does, so action is reaction to the last bit.
+
+The springs of a point lie in slices of 64 points (sliced ELLPACK; Kreutzer et al. 2014): row r of a slice holds one spring of each
+of its points, so that a loop over points reads whole cache lines. A point with fewer springs has itself for a neighbor there: no
+distance, no force.
+"""
+
+import warp as wp
+
+from warpsim.kernels.emission import Particles
+from warpsim.kernels.environment import sample_strength
+from warpsim.kernels.planar import read3, write3
+from warpsim.kernels.signals import Signals
+
+SLICE = wp.constant(64)  # points of a slice; the native loop's block
+SHORTEST = wp.constant(1.0e-30)  # [m²]: closer than 1e-15 m the direction, and with it the force, goes to zero
+
+
+@wp.struct
+class Network:
+    point_count: int
+    begin: wp.array[int]  # (slices + 1): first row of each slice
+    neighbor: wp.array[int]  # (rows · 64): the point at the other end
+    rest: wp.array[float]  # (rows · 64): rest length [m]
+    stiffness: wp.array[float]  # (rows · 64) [N/m]
+    damping: wp.array[float]  # (rows · 64) [N·s/m]
+    inverse_mass: wp.array[float]  # (capacity) [1/kg]; 0 for a point that is pinned
+
+
+@wp.struct
+class Pins:
+    point: wp.array[int]  # (pins): the points that are held
+    home: wp.array2d[float]  # (3, pins): where, but for the motion [m]
+    motion: wp.array[wp.vec3i]  # (pins): signals of the displacement's components [m]; −1: none
+    signals: Signals
+
+
+@wp.func(inline=True)
+def spring_force(xi: wp.vec3, vi: wp.vec3, xj: wp.vec3, vj: wp.vec3, r: float, k: float, c: float) -> wp.vec3:
+    """Return the force on i, F = (k(|d| − r) + c (v_j − v_i)·d̂) d̂ [N]; zero where the ends coincide.  Source: Hooke 1678; Provot 1995."""
+    d = xj - xi
+    d2 = wp.dot(d, d)
+    inverse = 1.0 / wp.sqrt(wp.max(d2, SHORTEST))
+    n = d * inverse
+    return n * (k * (d2 * inverse - r) + c * wp.dot(n, vj - vi))
+
+
+@wp.func
+def sum_springs(i: int, network: Network, position: wp.array2d[float], velocity: wp.array2d[float]) -> wp.vec3:
+    """Return the sum of the forces of all springs of point i [N], in their order."""
+    x = read3(position, i)
+    v = read3(velocity, i)
+    force = wp.vec3()
+    for row in range(network.begin[i // SLICE], network.begin[i // SLICE + 1]):
+        e = row * SLICE + i % SLICE
+        j = network.neighbor[e]
+        force = force + spring_force(
+            x, v, read3(position, j), read3(velocity, j), network.rest[e], network.stiffness[e], network.damping[e]
+        )
+    return force
+
+
+@wp.kernel(enable_backward=False)
+def accumulate_springs(first: int, network: Network, particles: Particles, internal_out: wp.array2d[float]):
+    """Store what the springs do to every point, a = F/m [m/s²]; zero for one that is pinned."""
+    i = first + wp.tid()
+    if i < network.point_count:
+        write3(internal_out, i, sum_springs(i, network, particles.position, particles.velocity) * network.inverse_mass[i])
+
+
+@wp.kernel(enable_backward=False)
+def kick_points(
+    first: int,
+    h: float,
+    count: int,
+    opening: int,
+    clock: wp.array[wp.int64],
+    internal: wp.array2d[float],
+    velocity_inout: wp.array2d[float],
+):
+    """Let the springs act for a time h [s], v ← v + h a; nothing moves in the opening frame, at whose end the motion begins."""
+    i = first + wp.tid()
+    if i < count and int(clock[0]) > opening:
+        write3(velocity_inout, i, read3(velocity_inout, i) + read3(internal, i) * h)
+
+
+@wp.kernel(enable_backward=False)
+def project_pins(
+    first: int,
+    s: int,
+    dt: wp.float64,
+    start_time: wp.array[wp.float64],
+    pins: Pins,
+    position_inout: wp.array2d[float],
+    velocity_inout: wp.array2d[float],
+):
+    """Put every pinned point where it is held at the end of substep s, with the velocity that takes it there within the substep."""
+    p = first + wp.tid()
+    i = pins.point[p]
+    before = sample_strength(pins.signals, pins.motion[p], start_time[0] + wp.float64(s) * dt)
+    after = sample_strength(pins.signals, pins.motion[p], start_time[0] + wp.float64(s + 1) * dt)
+    write3(position_inout, i, read3(pins.home, p) + after)
+    write3(velocity_inout, i, (after - before) * (1.0 / float(dt)))

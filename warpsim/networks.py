@@ -1,0 +1,163 @@
+"""Networks: points, springs and triangles as arrays, laid out from lists, generators or mesh files, and packed for kernels."""
+
+from dataclasses import dataclass, field
+from itertools import product
+
+import numpy as np
+
+from warpsim.meshes import load_mesh
+from warpsim.scene import SceneError
+from warpsim.scene.problems import Problem
+
+SLICE = 64  # points of a slice of the packed springs; kernels/springs.py has the same
+
+
+@dataclass(frozen=True, eq=False)
+class Net:
+    """Points at rest and what joins them."""
+
+    points: np.ndarray
+    """float64 (n, 3) [m]."""
+    springs: np.ndarray
+    """int32 (m, 2), places in `points`."""
+    triangles: np.ndarray = field(default_factory=lambda: np.zeros((0, 3), np.int32))
+    """int32 (k, 3): the surface, if it has one."""
+
+
+def network_of(spec, where: str) -> Net:
+    """Return the points, springs and triangles of a `springs` system; `where` is its place in the scene, for messages.
+
+    Raises SceneError for a mesh that cannot be used, or lists that do not fit it.
+    """
+    if spec.generator is None:
+        springs = np.array(spec.springs, np.int32).reshape(-1, 2)
+        return Net(np.array(spec.points, float).reshape(-1, 3), springs)
+    net = _LAYOUTS[spec.generator.type](spec.generator, f"{where}.generator")
+    _check_lists(spec, net, where)
+    return net
+
+
+def _check_lists(spec, net: Net, where: str) -> None:
+    """Raise SceneError where lists and pins do not fit a network whose size only a file tells."""
+    wrong = []
+    for key, count in (("mass", len(net.points)), *((key, len(net.springs)) for key in ("stiffness", "damping", "rest_length"))):
+        value = getattr(spec, key)
+        if isinstance(value, tuple) and len(value) != count:
+            wrong.append(Problem(f"has {len(value)} values, but the mesh makes {count}", path=f"{where}.{key}"))
+    beyond = [pin for pin in spec.pinned(spec.pins) if pin >= len(net.points)]
+    if beyond:
+        wrong.append(Problem(f"there is no point {beyond[0]}: the mesh makes {len(net.points)}", path=f"{where}.pins"))
+    if wrong:
+        raise SceneError(wrong)
+
+
+def rest_lengths(spec, net: Net) -> np.ndarray:
+    """Return the rest length of every spring, float64 (m,) [m]."""
+    if spec.rest_length is not None:
+        return np.broadcast_to(np.array(spec.rest_length, float), len(net.springs))
+    return np.linalg.norm(net.points[net.springs[:, 1]] - net.points[net.springs[:, 0]], axis=1)
+
+
+def _chain(spec, where: str) -> Net:
+    share = np.linspace(0.0, 1.0, spec.count)[:, None]
+    numbers = np.arange(spec.count - 1)
+    return Net((1.0 - share) * spec.start + share * spec.end, np.stack([numbers, numbers + 1], axis=1).astype(np.int32))
+
+
+def _ring(spec, where: str) -> Net:
+    normal = np.array(spec.normal, float) / np.linalg.norm(spec.normal)
+    across = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    across /= np.linalg.norm(across)
+    angle = 2.0 * np.pi * np.arange(spec.count)[:, None] / spec.count
+    points = np.array(spec.center) + spec.radius * (np.cos(angle) * across + np.sin(angle) * np.cross(normal, across))
+    numbers = np.arange(spec.count)
+    return Net(points, np.stack([numbers, (numbers + 1) % spec.count], axis=1).astype(np.int32))
+
+
+def _grid(spec, where: str) -> Net:
+    nx, ny = spec.resolution
+    number = np.arange(nx * ny).reshape(ny, nx)
+    i, j = np.meshgrid(np.linspace(0.0, 1.0, nx), np.linspace(0.0, 1.0, ny))
+    along, down = (np.array(edge, float) for edge in spec.edges)
+    points = np.array(spec.corner, float) + i[..., None] * along + j[..., None] * down
+    return Net(points.reshape(-1, 3), _joined(number, [(0, 1), (1, 0), (1, 1), (1, -1)]), sheet(number))
+
+
+def _block(spec, where: str) -> Net:
+    nx, ny, nz = spec.resolution
+    axes = [np.linspace(-0.5, 0.5, n) * size for n, size in zip(spec.resolution, spec.size, strict=True)]
+    z, y, x = np.meshgrid(*reversed(axes), indexing="ij")
+    points = np.stack([x, y, z], axis=-1).reshape(-1, 3) + spec.center
+    number = np.arange(nx * ny * nz).reshape(nz, ny, nx)
+    half = [step for step in product((-1, 0, 1), repeat=3) if step > (0, 0, 0)]
+    faces = [sheet(number[:, :, 0]), sheet(number[:, :, -1].T), sheet(number[:, 0, :].T), sheet(number[:, -1, :])]
+    faces += [sheet(number[0, :, :]), sheet(number[-1, :, :].T)]
+    return Net(points, _joined(number, half), np.concatenate(faces))
+
+
+def _mesh(spec, where: str) -> Net:
+    mesh = load_mesh(spec.file.path, f"{where}.file", spec.scale)
+    edges = np.sort(np.concatenate([mesh.triangles[:, [0, 1]], mesh.triangles[:, [1, 2]], mesh.triangles[:, [2, 0]]]), axis=1)
+    points = mesh.vertices.astype(float) + np.array(spec.center)
+    return Net(points, np.unique(edges, axis=0).astype(np.int32), mesh.triangles)
+
+
+_LAYOUTS = {"chain": _chain, "ring": _ring, "grid": _grid, "block": _block, "mesh": _mesh}
+
+
+def _joined(number: np.ndarray, steps: list[tuple[int, ...]]) -> np.ndarray:
+    """Return pairs of the numbers of a grid that lie a step apart, step by step."""
+    pairs = []
+    for step in steps:
+        ends = [number, number]
+        for axis, n in enumerate(step):
+            here, there = (slice(None, -n), slice(n, None)) if n > 0 else (slice(-n, None), slice(None, n)) if n else (slice(None),) * 2
+            place = (slice(None),) * axis
+            ends = [ends[0][(*place, here)], ends[1][(*place, there)]]
+        pairs.append(np.stack([end.ravel() for end in ends], axis=1))
+    return np.concatenate(pairs).astype(np.int32)
+
+
+def sheet(number: np.ndarray) -> np.ndarray:
+    """Return two triangles for every cell of a grid of numbers (rows, columns), its diagonals alternating."""
+    a, b, c, d = number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]
+    even = (np.add.outer(np.arange(a.shape[0]), np.arange(a.shape[1])) % 2 == 0)[..., None]
+    first = np.where(even, np.stack([a, d, c], axis=-1), np.stack([a, d, b], axis=-1))
+    second = np.where(even, np.stack([a, c, b], axis=-1), np.stack([b, d, c], axis=-1))
+    return np.stack([first, second], axis=2).reshape(-1, 3).astype(np.int32)
+
+
+@dataclass(frozen=True, eq=False)
+class Packed:
+    """The springs of every point, slice by slice; entry (row, lane) is a spring of point 64·slice + lane, or none."""
+
+    begin: np.ndarray
+    """int32 (slices + 1): first row of each slice."""
+    neighbor: np.ndarray
+    """int32 (rows, 64): the other end; the point itself where there is no spring."""
+    spring: np.ndarray
+    """int32 (rows, 64): number of the spring, −1 where there is none."""
+
+    def values(self, per_spring: np.ndarray) -> np.ndarray:
+        """Return one value per entry, float32 (rows · 64), from one per spring or one for all; 0 where there is no spring."""
+        each = np.append(np.broadcast_to(np.asarray(per_spring, np.float32), self.spring.max(initial=-1) + 1), np.float32(0.0))
+        return np.ascontiguousarray(each[self.spring].reshape(-1))
+
+
+def packed(point_count: int, springs: np.ndarray) -> Packed:
+    """Sort the springs (m, 2) by point, those of a point in their order, into slices of 64 points."""
+    slices = max(1, -(-point_count // SLICE))
+    count = len(springs)
+    ends, others = springs.T.reshape(-1), springs[:, ::-1].T.reshape(-1)
+    number = np.tile(np.arange(count), 2)
+    order = np.lexsort((number, ends))
+    ends, others, number = ends[order], others[order], number[order]
+    degree = np.bincount(ends, minlength=slices * SLICE)
+    turn = np.arange(2 * count) - np.repeat(np.cumsum(degree) - degree, degree)  # of a spring among its point's
+    width = degree.reshape(slices, SLICE).max(axis=1)
+    begin = np.concatenate([[0], np.cumsum(width)])
+    neighbor = np.arange(slices * SLICE).reshape(slices, SLICE).repeat(width, axis=0)
+    spring = np.full_like(neighbor, -1)
+    row = begin[ends // SLICE] + turn
+    neighbor[row, ends % SLICE], spring[row, ends % SLICE] = others, number
+    return Packed(begin.astype(np.int32), neighbor.astype(np.int32), spring.astype(np.int32))

@@ -1,0 +1,195 @@
+// What joins the points of a network: its surface as a shaded sheet, seen from both sides, and its springs as round ribbons.
+// Places come with the points; only the sheet's normals and the ribbons' ends are worked out here, into buffers that stay.
+"use strict";
+
+class Net {
+  // c: {springs, triangles: bytes of uint32, width [m], surface, lines: whether each is shown}
+  constructor(cloud, c) {
+    const T = MeshCat.THREE, numbers = (bytes) => new Uint32Array(Uint8Array.from(bytes).buffer);
+    this.cloud = cloud;
+    this.springs = c.lines ? numbers(c.springs) : new Uint32Array(0);
+    this.triangles = c.surface ? numbers(c.triangles) : new Uint32Array(0);
+    this.count = 0;
+    this.sheet = new T.Mesh(new T.BufferGeometry(), Net.material(Net.SHEET_VERTEX, Net.SHEET, { eye: { value: new T.Vector3() } }));
+    this.ribbons = new T.Mesh(this.ribbonGeometry(), Net.material(Net.RIBBON_VERTEX, Net.RIBBON, {
+      width: { value: c.width }, viewSize: { value: new T.Vector2(1, 1) },
+    }));
+    const turn = new T.Matrix4();
+    this.sheet.onBeforeRender = (renderer, scene, camera) => {
+      turn.copy(this.sheet.matrixWorld).invert();
+      this.sheet.material.uniforms.eye.value.setFromMatrixPosition(camera.matrixWorld).applyMatrix4(turn);
+    };
+    this.ribbons.onBeforeRender = (renderer) => renderer.getDrawingBufferSize(this.ribbons.material.uniforms.viewSize.value);
+    for (const mesh of [this.sheet, this.ribbons]) {
+      mesh.frustumCulled = false;
+      mesh.visible = false;
+      mesh.renderOrder = -1;   // it hides what is behind, so it comes before all that is soft
+      cloud.points.add(mesh);
+    }
+    cloud.points.material.visible = c.points;
+  }
+
+  // position: {view: Uint16Array of four numbers a point, affine}, color: {view: four bytes a point}
+  show(position, color) {
+    const count = position.view.length / 4;
+    if (count !== this.count) this.fit(count);
+    const { view, affine } = position, place = this.place;
+    for (let i = 0, p = 0, q = 0; i < count; i++, p += 4, q += 3) {
+      for (let axis = 0; axis < 3; axis++) place[q + axis] = view[p + axis] / 65535 * affine[axis] + affine[3 + axis];
+    }
+    if (this.triangles.length > 0) this.lay(color.view);
+    if (this.springs.length > 0) this.stretch(color.view);
+    this.sheet.visible = this.triangles.length > 0;
+    this.ribbons.visible = this.springs.length > 0;
+  }
+
+  fit(count) {
+    const T = MeshCat.THREE, geometry = new T.BufferGeometry();
+    this.count = count;
+    this.place = new Float32Array(3 * count);
+    this.normal = new Float32Array(3 * count);
+    geometry.setIndex(new T.BufferAttribute(this.triangles, 1));
+    geometry.setAttribute("position", new T.BufferAttribute(this.place, 3).setUsage(T.DynamicDrawUsage));
+    geometry.setAttribute("normal", new T.BufferAttribute(this.normal, 3).setUsage(T.DynamicDrawUsage));
+    geometry.setAttribute("color", new T.BufferAttribute(new Uint8Array(4 * count), 4, true).setUsage(T.DynamicDrawUsage));
+    this.sheet.geometry.dispose();
+    this.sheet.geometry = geometry;
+  }
+
+  // Normals weighted by area, which is what the cross products add up to.
+  lay(tint) {
+    const { place: x, normal: n, triangles } = this, { attributes } = this.sheet.geometry;
+    n.fill(0);
+    for (let t = 0; t < triangles.length; t += 3) {
+      const a = 3 * triangles[t], b = 3 * triangles[t + 1], c = 3 * triangles[t + 2];
+      const ux = x[b] - x[a], uy = x[b + 1] - x[a + 1], uz = x[b + 2] - x[a + 2];
+      const vx = x[c] - x[a], vy = x[c + 1] - x[a + 1], vz = x[c + 2] - x[a + 2];
+      const nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
+      for (const k of [a, b, c]) {
+        n[k] += nx;
+        n[k + 1] += ny;
+        n[k + 2] += nz;
+      }
+    }
+    attributes.color.array.set(tint);
+    for (const name of ["position", "normal", "color"]) attributes[name].needsUpdate = true;
+  }
+
+  stretch(tint) {
+    const { place, springs } = this, { start, end, color } = this.ribbons.geometry.attributes;
+    for (let s = 0, at = 0; s < springs.length; s += 2, at += 3) {
+      const i = 3 * springs[s], j = 3 * springs[s + 1];
+      for (let axis = 0; axis < 3; axis++) {
+        start.array[at + axis] = place[i + axis];
+        end.array[at + axis] = place[j + axis];
+      }
+      for (let part = 0; part < 4; part++) color.array[2 * s + part] = tint[4 * springs[s] + part];
+    }
+    start.needsUpdate = end.needsUpdate = color.needsUpdate = true;
+  }
+
+  ribbonGeometry() {
+    const T = MeshCat.THREE, count = this.springs.length / 2, geometry = new T.InstancedBufferGeometry();
+    const each = (array, width, whole) => new T.InstancedBufferAttribute(array, width, whole).setUsage(T.DynamicDrawUsage);
+    geometry.setAttribute("corner", new T.BufferAttribute(new Float32Array([0, -1, 1, -1, 1, 1, 0, 1]), 2));
+    geometry.setIndex([0, 1, 2, 0, 2, 3]);
+    geometry.setAttribute("start", each(new Float32Array(3 * count), 3, false));
+    geometry.setAttribute("end", each(new Float32Array(3 * count), 3, false));
+    geometry.setAttribute("color", each(new Uint8Array(4 * count), 4, true));
+    geometry.instanceCount = count;
+    return geometry;
+  }
+
+  static material(vertexShader, fragmentShader, uniforms) {
+    const T = MeshCat.THREE, { near, far, color } = Looks.air;
+    const air = { hazeNear: near, hazeFar: far, hazeColor: color };
+    const behind = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };  // ribbons of a surface lie on it
+    const options = { uniforms: { ...uniforms, ...air }, side: T.DoubleSide, ...behind };
+    const [vertex, fragment, glslVersion] = viewer.renderer.capabilities.isWebGL2 ? [Net.VERTEX_300, Net.FRAGMENT_300, T.GLSL3] : ["", Net.FRAGMENT_100];
+    return new T.RawShaderMaterial({ vertexShader: vertex + vertexShader, fragmentShader: fragment + fragmentShader, glslVersion, ...options });
+  }
+}
+
+// The slope of a face comes from derivatives, which the two versions of the language spell differently.
+Net.VERTEX_300 = `
+#define attribute in
+    #define varying out`;
+Net.FRAGMENT_300 = `
+    precision highp float;
+    #define varying in
+    out vec4 drawn;
+    #define gl_FragColor drawn`;
+Net.FRAGMENT_100 = "#extension GL_OES_standard_derivatives : enable\n";
+
+Net.HAZE = `
+    uniform float hazeNear, hazeFar;
+    uniform vec3 hazeColor;
+    vec3 hazy(vec3 own, float depth) { return mix(own, hazeColor, 0.9 * smoothstep(hazeNear, hazeFar, depth)); }`;
+
+Net.SHEET_VERTEX = `
+    precision highp float;
+    attribute vec3 position, normal;
+    attribute vec4 color;
+    uniform mat4 modelViewMatrix, projectionMatrix;
+    varying vec3 place, upward, tint;
+    varying float depth;
+    void main() {
+      gl_Position = projectionMatrix * (modelViewMatrix * vec4(position, 1.0));
+      place = position;
+      upward = normal;
+      tint = color.rgb;
+      depth = gl_Position.w;
+    }`;
+
+// Light from the sky, the sun and, for a thin sheet, the sun shining through; the far side a little darker than the near one.
+Net.SHEET = `
+    precision highp float;
+    varying vec3 place, upward, tint;
+    varying float depth;
+    uniform vec3 eye;
+    ${Net.HAZE}
+    void main() {
+      vec3 toEye = normalize(eye - place), n = upward / max(length(upward), 1e-20), face = cross(dFdx(place), dFdy(place));
+      face = dot(face, face) > 0.0 ? normalize(face) : n;
+      face *= dot(face, n) < 0.0 ? -1.0 : 1.0;
+      float side = dot(face, toEye) < 0.0 ? -1.0 : 1.0;
+      n = side * normalize(mix(face, n, smoothstep(0.72, 0.86, dot(face, n))));  // an edge sharper than 40 degrees is a crease
+      vec3 sun = normalize(vec3(-0.4, 0.8, 0.45));
+      float facing = dot(n, sun);
+      float lit = 0.34 + 0.22 * (0.5 + 0.5 * n.y) + 0.52 * max(facing, 0.0) + 0.16 * max(-facing, 0.0);
+      float shine = 0.14 * pow(max(dot(n, normalize(sun + toEye)), 0.0), 24.0) * step(0.0, facing);
+      gl_FragColor = vec4(hazy(min(tint * (side < 0.0 ? 0.86 : 1.0) * lit + shine, 1.0), depth), 1.0);
+    }`;
+
+Net.RIBBON_VERTEX = `
+    precision highp float;
+    attribute vec2 corner;        // 0 or 1 along the spring, -1 or 1 across it
+    attribute vec3 start, end;
+    attribute vec4 color;
+    uniform mat4 modelViewMatrix, projectionMatrix;
+    uniform vec2 viewSize;        // [pixels]
+    uniform float width;          // [m]
+    varying vec3 tint;
+    varying float side, depth;
+    void main() {
+      vec4 from = projectionMatrix * (modelViewMatrix * vec4(start, 1.0));
+      vec4 to = projectionMatrix * (modelViewMatrix * vec4(end, 1.0));
+      vec4 at = corner.x < 0.5 ? from : to;
+      vec2 run = (to.xy / to.w - from.xy / from.w) * viewSize;
+      float pixels = max(width * projectionMatrix[1][1] * 0.5 * viewSize.y / at.w, 1.2);
+      at.xy += vec2(-run.y, run.x) / max(length(run), 1e-6) * corner.y * pixels / viewSize * at.w;
+      side = corner.y;
+      depth = at.w;
+      tint = color.rgb;
+      gl_Position = from.w <= 0.0 || to.w <= 0.0 ? vec4(2.0, 2.0, 2.0, 1.0) : at;
+    }`;
+
+Net.RIBBON = `
+    precision highp float;
+    varying vec3 tint;
+    varying float side, depth;
+    ${Net.HAZE}
+    void main() {
+      float round = sqrt(max(1.0 - side * side, 0.0));
+      gl_FragColor = vec4(hazy(tint * (0.45 + 0.5 * round - 0.12 * side), depth), 1.0);
+    }`;

@@ -1,0 +1,205 @@
+"""Springs: networks of points joined by damped springs, with pins that hold or move some of them."""
+
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from warpsim.scene.base import Mistake, Name, Number, Spec, Vec3, WholeNumber, form_by_key, is_number, mistakes, one_of_forms
+from warpsim.scene.generators import GeneratorUnion
+from warpsim.scene.look import Look
+from warpsim.scene.nearest import listed, nearest
+from warpsim.scene.particles import Drag, StokesDrag, System
+from warpsim.scene.strengths import Moment, Strength
+
+CoupledSolver = Literal["euler", "drift_kick", "semi_implicit_euler", "verlet"]
+Index = Annotated[WholeNumber, Field(ge=0)]
+_MOST_TOLD = 50
+
+
+def _each_form(value: Any) -> str | None:
+    return "one" if is_number(value) else "each" if isinstance(value, (list, tuple)) else None
+
+
+def one_or_each(kind: Any) -> Any:
+    """Return the type of a value that is the same for all, or a list with one for each."""
+    return one_of_forms({"one": kind, "each": tuple[kind, ...]}, _each_form)
+
+
+Mass = one_or_each(Annotated[Number, Field(ge=1e-12, le=1e12)])
+Coefficient = one_or_each(Annotated[Number, Field(ge=0.0, le=1e12)])
+RestLength = one_or_each(Annotated[Number, Field(ge=0.0, le=1e9)])
+NetworkCoupling = one_of_forms({"alpha": Drag, "viscosity": StokesDrag}, lambda value: form_by_key(value, ("alpha", "viscosity")))
+
+
+def _pin_form(value: Any) -> str | None:
+    return "group" if isinstance(value, str) else "point" if is_number(value) else None
+
+
+Pin = one_of_forms({"group": Name, "point": Index}, _pin_form)
+Displacement = tuple[Strength, Strength, Strength]
+
+
+class PinMotion(Spec):
+    """How pinned points move: their displacement from where they start, by keyframes or as three strengths."""
+
+    pins: tuple[Pin, ...] = Field((), description="Which of the pins; absent: all of them.")
+    keyframes: tuple[tuple[Moment, Vec3], ...] = Field(
+        (), max_length=4096, description="Pairs of time in seconds and displacement [dx, dy, dz], linear between, constant outside [m]."
+    )
+    displacement: Displacement | None = Field(None, description="Instead of keyframes: three strengths, numbers that may vary in time [m].")
+
+    @model_validator(mode="after")
+    def _one_form(self):
+        found = []
+        if bool(self.keyframes) == (self.displacement is not None):
+            message = "give either keyframes or displacement" + (", not both" if self.keyframes else "")
+            found.append(Mistake(("keyframes" if self.keyframes else "displacement",), message, ("keyframes", "displacement")))
+        for k in range(1, len(self.keyframes)):
+            if self.keyframes[k][0] <= self.keyframes[k - 1][0]:
+                message = f"times must rise: {self.keyframes[k][0]:g} does not come after {self.keyframes[k - 1][0]:g}"
+                found.append(Mistake(("keyframes", k, 0), message, ("keyframes",)))
+        if found:
+            raise mistakes(found)
+        return self
+
+
+class NetworkLook(Look):
+    """How a network is drawn: its points as particles are, its springs, its surface."""
+
+    as_: Literal["points", "sprites"] = Field("points", alias="as", description="Points as spheres (points) or soft and round (sprites).")
+    show: tuple[Literal["points", "springs", "surface"], ...] = Field(
+        (), max_length=3, description="What of it is drawn; absent: its surface if it has one, else points and springs."
+    )
+    width: Annotated[Number, Field(ge=0.0, le=1e6)] | None = Field(None, description="Of a spring; absent: 0.4 of a point's size [m].")
+
+
+class Network(System):
+    """What networks of springs and cloth have in common: they neither lose nor gain points, and some may be pinned."""
+
+    solver: CoupledSolver = Field("semi_implicit_euler", description="Method of integration.")
+    coupling: NetworkCoupling | None = Field(
+        None, description="Drag of the flow on every point: {alpha: kg/s} or {viscosity: Pa s}; absent: no effect."
+    )
+    radius: Annotated[Number, Field(gt=0.0, le=1e6)] = Field(1e-3, description="Radius of a point, for drag by viscosity [m].")
+    look: NetworkLook = Field(NetworkLook(), description="How it is drawn.")
+    pin_motion: tuple[PinMotion, ...] = Field((), max_length=1024, description="How pinned points move; absent: they stay.")
+
+    @property
+    def method(self) -> str:
+        """The solver in effect."""
+        return self.solver
+
+
+class Springs(Network):
+    """Points joined by springs: F = (k (d - rest length) + damping (rate of stretching)) along the spring."""
+
+    type: Literal["springs"] = Field("springs", description="Kind of system.")
+    points: tuple[Vec3, ...] = Field((), max_length=200_000, description="Where the points start [m].")
+    springs: tuple[tuple[Index, Index], ...] = Field(
+        (), max_length=200_000, description="Pairs of points that a spring joins, numbered from 0 [1]."
+    )
+    generator: GeneratorUnion | None = Field(None, description="Points and springs by rule, instead of lists.")
+    mass: Mass = Field(1.0, description="Of a point: one number, or a list with one for each [kg].")
+    stiffness: Coefficient = Field(description="Force per length of stretching: one number, or a list with one for each spring [N/m].")
+    damping: Coefficient = Field(
+        0.0, description="Force per speed of stretching, along the spring only: one number, or a list with one for each [N s/m]."
+    )
+    rest_length: RestLength | None = Field(
+        None, description="Length at which a spring does not pull: one number, or a list with one for each; absent: as it starts [m]."
+    )
+    pins: tuple[Pin, ...] = Field((), max_length=200_000, description="Points that are held: numbers, or the generator's groups.")
+
+    @property
+    def point_count(self) -> int | None:
+        """How many points there are; None where a file says so."""
+        return self.generator.point_count if self.generator else len(self.points)
+
+    @property
+    def spring_count(self) -> int | None:
+        """How many springs there are; None where a file says so."""
+        return self.generator.spring_count if self.generator else len(self.springs)
+
+    def pinned(self, pins: Sequence[str | int]) -> list[int]:
+        """Return the points that pins of this network name, each once, in their order."""
+        return list(dict.fromkeys(i for pin in pins for i in (self.generator.group(pin) if isinstance(pin, str) else (pin,))))
+
+    @model_validator(mode="after")
+    def _parts_fit(self):
+        found = _source_mistakes(self) or _spring_mistakes(self)
+        found += _length_mistakes(self)
+        groups = self.generator.groups if self.generator else ()
+        where = [(("pins",), self.pins)] + [(("pin_motion", k, "pins"), motion.pins) for k, motion in enumerate(self.pin_motion)]
+        strange = [mistake for path, pins in where for mistake in pin_mistakes(path, pins, groups, self.point_count)]
+        found += strange or motion_mistakes(self)
+        if found:
+            raise mistakes(found[:_MOST_TOLD])
+        return self
+
+
+def _source_mistakes(net: Springs) -> list[Mistake]:
+    if net.generator:
+        keys = [key for key in ("points", "springs") if getattr(net, key)]
+        return [Mistake((key,), f"the generator makes the {key}: leave one of them out", (key, "generator")) for key in keys]
+    if not net.points:
+        return [Mistake((), "a network needs points and springs, or a generator that makes them", ("points", "generator"))]
+    return []
+
+
+def _spring_mistakes(net: Springs) -> list[Mistake]:
+    first: dict[tuple[int, int], int] = {}
+    found = []
+    for k, (i, j) in enumerate(net.springs):
+        beyond = max(i, j)
+        if beyond >= len(net.points):
+            message = f"there is no point {beyond}: there are {len(net.points)}, counted from 0"
+            found.append(Mistake(("springs", k, int(j == beyond)), message, ("springs", "points")))
+        elif i == j:
+            found.append(Mistake(("springs", k), f"a spring joins two points, not point {i} with itself", ("springs",)))
+        elif first.setdefault((min(i, j), max(i, j)), k) != k:
+            message = f"points {i} and {j} are joined by springs.{first[min(i, j), max(i, j)]} already: add its stiffness to that one"
+            found.append(Mistake(("springs", k), message, ("springs",)))
+    return found
+
+
+def _length_mistakes(net: Springs) -> list[Mistake]:
+    """Return a mistake for each list that does not have one value for each."""
+    counts = {"mass": ("point", net.point_count)} | {key: ("spring", net.spring_count) for key in ("stiffness", "damping", "rest_length")}
+    found = []
+    for key, (thing, count) in counts.items():
+        value = getattr(net, key)
+        if isinstance(value, tuple) and count is not None and len(value) != count:
+            message = f"has {len(value)} values for {count} {thing}s: give one number for all, or one for each"
+            found.append(Mistake((key,), message, (key, "points", "springs", "generator")))
+    return found
+
+
+def pin_mistakes(path: tuple, pins: Sequence[str | int], groups: Sequence[str], count: int | None) -> list[Mistake]:
+    """Return a mistake for each pin that is no point and no group of the network."""
+    found = []
+    for k, pin in enumerate(pins):
+        if isinstance(pin, str) and pin not in groups:
+            known = f"groups: {listed(groups)}; or numbers of points" if groups else "its points have numbers only"
+            found.append(Mistake((*path, k), f'there is no group "{pin}" ({known})', (path[0], "generator"), nearest(pin, groups)))
+        elif not isinstance(pin, str) and count is not None and pin >= count:
+            message = f"there is no point {pin}: there are {count}, counted from 0"
+            found.append(Mistake((*path, k), message, (path[0], "points", "generator")))
+    return found
+
+
+def motion_mistakes(net: Any) -> list[Mistake]:
+    """Return a mistake for each motion of points that are not pinned, or that another motion moves already."""
+    held = set(net.pinned(net.pins))
+    moved: dict[int, int] = {}
+    found = []
+    for k, motion in enumerate(net.pin_motion):
+        points = net.pinned(motion.pins or net.pins)
+        loose = [i for i in points if i not in held]
+        taken = [i for i in points if moved.setdefault(i, k) != k]
+        if loose or not points:
+            what = f"point {loose[0]} is not pinned" if loose else "there are no pins to move"
+            found.append(Mistake(("pin_motion", k, "pins"), f"{what}: pins names what is held", ("pins", "pin_motion")))
+        elif taken:
+            message = f"point {taken[0]} is moved by pin_motion.{moved[taken[0]]} already"
+            found.append(Mistake(("pin_motion", k, "pins"), message, ("pins", "pin_motion")))
+    return found

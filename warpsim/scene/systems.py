@@ -1,0 +1,8 @@
+"""What an entry of `systems` may be. A kind of system is known here by being imported."""
+
+from warpsim.scene.base import one_of_types
+from warpsim.scene.particles import Particles, System
+from warpsim.scene.springs import Springs
+
+KINDS = (Particles, Springs)
+SystemUnion = one_of_types(System)

@@ -1,0 +1,55 @@
+"""Springs: a network whose springs are gathered by each point in a fixed order."""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+import warp as wp
+
+from warpsim.environment import Environment
+from warpsim.kernels import spring_loops, springs
+from warpsim.launch import Stage
+from warpsim.networks import network_of, packed, rest_lengths
+from warpsim.scene import Scene
+from warpsim.systems.networks import NetworkSystem
+
+
+class Springs(NetworkSystem):
+    """One network of springs; `earlier` are the systems that move before it, of which it needs none."""
+
+    def __init__(self, name: str, spec, scene: Scene, environment: Environment, clock: wp.array, earlier: Mapping):
+        super().__init__(name, spec, scene, environment, clock, network_of(spec, f"systems.{name}"))
+        device = environment.device
+        self._packed = packed(len(self.net.points), self.net.springs)
+        self.network = springs.Network()
+        self.network.point_count = len(self.net.points)
+        self.network.begin = wp.array(self._packed.begin, dtype=int, device=device)
+        self.network.neighbor = wp.array(self._packed.neighbor.reshape(-1), dtype=int, device=device)
+        for key, array in self._numbers(spec).items():
+            setattr(self.network, key, wp.array(array, dtype=float, device=device))
+
+    def masses(self, spec) -> np.ndarray:
+        """Return the mass of every point, float64 (n,) [kg]."""
+        return np.array(np.broadcast_to(np.array(spec.mass, float), len(self.net.points)))
+
+    def _numbers(self, spec) -> dict[str, np.ndarray]:
+        """Return the network's arrays of numbers by their names."""
+        values = {"rest": rest_lengths(spec, self.net), "stiffness": spec.stiffness, "damping": spec.damping}
+        arrays = {key: self._packed.values(np.array(value)) for key, value in values.items()}
+        return arrays | {"inverse_mass": self.inverse_masses(spec)}
+
+    def forces(self, s: int) -> Iterator[Stage]:
+        """Yield the stage that sums the springs of every point."""
+        inputs = (self.network, self.particles, self.internal)
+        yield Stage("springs", springs.accumulate_springs, self.population.capacity, inputs, spring_loops.accumulate_springs)
+
+    def energy(self) -> float:
+        """Return Σ ½ k (|d| − r)² [J], in float64."""
+        ends = self.population.host("position").T.astype(float)[self.net.springs]
+        stretch = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) - rest_lengths(self.spec, self.net)
+        return float(0.5 * (np.array(self.spec.stiffness) * stretch**2).sum())
+
+    def change(self, spec, scene: Scene, environment: Environment) -> None:
+        """Take the numbers of another spec of the same structure, in place."""
+        super().change(spec, scene, environment)
+        for key, array in self._numbers(spec).items():
+            getattr(self.network, key).assign(array)
