@@ -289,6 +289,6 @@ class Simulation:
         words = system.population.host("id").astype(np.uint64)
         ids = (words[0] | (words[1] << np.uint64(32)))[~good]
         substep_count = system.pace.substep_count
-        finer = "max_substeps" if system.care is not None else "substeps"
+        finer = system.finer
         suggestion = f"try {finer}: {2 * substep_count} for this system, or weaker forces"
         return UnstableError(name, [int(i) for i in ids], self.index, self.time, suggestion)

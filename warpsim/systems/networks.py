@@ -37,6 +37,8 @@ class NetworkSystem(ABC):
     `net` holds the points where they start and what joins them, `mass` (n,) [kg], `pinned` the numbers of the points that are held.
     """
 
+    finer = "substeps"  # key that makes its steps shorter
+
     def __init__(self, name: str, spec, scene: Scene, environment: Environment, clock: wp.array, net: Net):
         self.name, self.spec, self.net, self._clock, self._fps = name, spec, net, clock, scene.time.fps
         self.method = SECOND_ORDER_FORM[spec.solver]

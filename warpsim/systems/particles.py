@@ -64,6 +64,7 @@ class Particles:
         self.method = method_of(spec)
         count = substep_count(spec, scene.time)
         self.care = care_of(spec) if is_adaptive(spec, scene.time) else None
+        self.finer = "substeps" if self.care is None else "max_substeps"  # key that makes its steps shorter
         ballistic = self.method is Ballistic
         heard = events_of(name, scene.systems)
         fields = FIELDS | (BIRTH_STATE if ballistic else {}) | history_fields(self.method, self.care is not None)
