@@ -84,6 +84,7 @@ def test_shipped_scene_tells_what_it_is(name):
     assert shipped_scenes()[name].read_text().startswith("# yaml-language-server: $schema=scene.schema.json\n")
     scene = load_scene(name)
     assert scene.description and scene.camera and scene.systems
+    assert scene.verify and all(oracle.reason for oracle in scene.verify), "what must come out of it, and why just so exactly"
 
 
 def test_schema_beside_the_scenes_is_the_present_one():

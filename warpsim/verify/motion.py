@@ -192,7 +192,7 @@ class BounceHeightMeasurer(ParticleMeasurer):
     def reading(self) -> Reading:
         reading = super().reading()
         bounces = laws.height_after(self._start(), self.plane.restitution, getattr(self, "time", 0.0) - self.oracle.release)[1]
-        return reading if reading.remark else replace(reading, remark=f"after {bounces} bounces")
+        return reading if reading.remark else replace(reading, remark=f"bounces so far: {bounces}")
 
 
 class PositionMeasurer(ParticleMeasurer):
