@@ -11,6 +11,7 @@ from rich.console import Console
 import warpsim
 from benchmarks.cases import Case, million, sparks
 from benchmarks.measure import Sample, Timing, Way, stage_shares, take_turns
+from benchmarks.neighbors import measure_neighbors
 from benchmarks.report import Report
 from benchmarks.startup import measure_startup
 from warpsim.kernel_cache import prepare_kernel_cache
@@ -103,7 +104,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="small counts and few rounds: shows that it works, not how fast")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as a JSON line")
-    parser.add_argument("--only", choices=["million", "sparks", "startup"], help="one case alone")
+    parser.add_argument("--only", choices=["million", "neighbors", "sparks", "startup"], help="one case alone")
     parser.add_argument("--count", type=int, default=1_000_000, help="particles of the main case")
     parser.add_argument("--rounds", type=int, default=30, help="turns of each way")
     parser.add_argument("--device", default="cpu", help="cpu or cuda:N")
@@ -119,6 +120,9 @@ def main() -> None:
         measure_startup(report, max(2, rounds // 3))
     if options.only in (None, "million"):
         measure_ways(million(count), report, options.device, rounds)
+    if options.only in (None, "neighbors") and options.device == "cpu":
+        for size in (5_000,) if options.quick else (20_000, 100_000, count):
+            measure_neighbors(size, report, rounds)
     if options.only in (None, "sparks"):
         measure_real_time(sparks(2_000), report, options.device, rounds)
     if options.json:

@@ -169,7 +169,7 @@ class Simulation:
             self._take(changed_scene(self.scene, change.path, change.value))
         on_cpu = self.device == "cpu"
         try:
-            self._graph.run(sum(system.population.counter("live") for system in self.systems.values()) if on_cpu else 0)
+            self._graph.run(sum(system.load for system in self.systems.values()) if on_cpu else 0)
         except KeyboardInterrupt:
             self.settle()
             raise
@@ -253,7 +253,7 @@ class Simulation:
     def time_stages(self) -> dict[str, float]:
         """Advance one frame stage by stage and return what each took [s]; for benchmarks."""
         self._keep_frame()
-        times = self._graph.time_stages(sum(system.population.counter("live") for system in self.systems.values()))
+        times = self._graph.time_stages(sum(system.load for system in self.systems.values()))
         self.index += 1
         return times
 

@@ -19,6 +19,8 @@ from warpsim.systems.events import TINT, Events, fields_of
 from warpsim.systems.pairs import PairForces
 from warpsim.systems.points import PointPacker
 
+LOAD_OF_NEIGHBORS = 4  # five times the work with 24 of them, and more barriers
+
 BIRTH_STATE = {
     "birth_position": Field(3, wp.float32, "m", "where it was born"),
     "birth_velocity": Field(3, wp.float32, "m/s", "how fast it moved at birth"),
@@ -117,6 +119,11 @@ class Particles:
         states = (self.newborn, self.particles) if self.newborn is not self.particles else (self.particles,)
         inputs = (self.pace, self._clock, self.surroundings.row, *states, self.population.counters)
         yield Stage("advance", plain, self.population.capacity, inputs, loop)
+
+    @property
+    def load(self) -> int:
+        """How many particles that move alone are about as much work: it decides between one core and all."""
+        return self.population.counter("live") * (LOAD_OF_NEIGHBORS if self.pairs else 1)
 
     def frame(self, index: int) -> SystemFrame:
         """Return what observers see of the present frame."""
