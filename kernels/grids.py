@@ -12,40 +12,42 @@ OUTSIDES = {"zero": ZERO, "clamp": CLAMP}
 
 
 @wp.func(inline=True)
-def cell_of(s: float, n: int) -> int:
-    """Return the node before a place within the grid, the last but one at most."""
-    return wp.max(wp.min(int(s), n - 2), 0)
-
-
-@wp.func(inline=True)
 def within(s: float, n: int) -> float:
     """Return the nearest place within the grid; of what is not a number, the first."""
     return wp.min(wp.where(s > 0.0, s, 0.0), float(n - 1))
 
 
 @wp.func(inline=True)
+def node(values: wp.array[float], place: int) -> wp.vec3:
+    """Return the velocity whose first component is at a place of the flat array [m/s]."""
+    return wp.vec3(values[place], values[place + 1], values[place + 2])
+
+
+@wp.func(inline=True)
 def sample_grid(p: FlowPrimitive, x: wp.vec3) -> wp.vec3:
     """Return v = Σ (1 − |s₁ − i|)(1 − |s₂ − j|)(1 − |s₃ − k|) v_ijk over the eight nodes around x, times the scale; outside as told."""
     s = wp.cw_mul(x - p.center, p.inverse_spacing)
-    n = wp.vec3i(p.values.shape[0], p.values.shape[1], p.values.shape[2])
-    q = wp.vec3(within(s[0], n[0]), within(s[1], n[1]), within(s[2], n[2]))
-    i = cell_of(q[0], n[0])
-    j = cell_of(q[1], n[1])
-    k = cell_of(q[2], n[2])
+    q = wp.vec3(within(s[0], p.nodes[0]), within(s[1], p.nodes[1]), within(s[2], p.nodes[2]))
+    i = wp.min(int(q[0]), p.nodes[0] - 2)
+    j = wp.min(int(q[1]), p.nodes[1] - 2)
+    k = wp.min(int(q[2]), p.nodes[2] - 2)
     f = q - wp.vec3(float(i), float(j), float(k))
-    right = wp.min(i + 1, n[0] - 1)
-    above = wp.min(j + 1, n[1] - 1)
-    before = wp.min(k + 1, n[2] - 1)
+    above = 3 * p.nodes[2]  # from a node to the next in y, and in x
+    right = above * p.nodes[1]
+    a = i * right + j * above + 3 * k
+    b = a + 3
     near = wp.lerp(
-        wp.lerp(p.values[i, j, k], p.values[right, j, k], f[0]), wp.lerp(p.values[i, above, k], p.values[right, above, k], f[0]), f[1]
-    )
-    far = wp.lerp(
-        wp.lerp(p.values[i, j, before], p.values[right, j, before], f[0]),
-        wp.lerp(p.values[i, above, before], p.values[right, above, before], f[0]),
+        wp.lerp(node(p.values, a), node(p.values, a + right), f[0]),
+        wp.lerp(node(p.values, a + above), node(p.values, a + above + right), f[0]),
         f[1],
     )
-    inside = s[0] == q[0] and s[1] == q[1] and s[2] == q[2]
-    return wp.lerp(near, far, f[2]) * wp.where(inside or p.outside == CLAMP, p.strength[0], 0.0)
+    far = wp.lerp(
+        wp.lerp(node(p.values, b), node(p.values, b + right), f[0]),
+        wp.lerp(node(p.values, b + above), node(p.values, b + above + right), f[0]),
+        f[1],
+    )
+    inside = float(s[0] == q[0]) * float(s[1] == q[1]) * float(s[2] == q[2])
+    return wp.lerp(near, far, f[2]) * wp.where(p.outside == CLAMP, p.strength[0], p.strength[0] * inside)
 
 
 @wp.kernel(enable_backward=False)

@@ -38,7 +38,8 @@ class FlowPrimitive:
     frequency: float  # of a noise [1/s]
     seed: wp.uint32  # of a noise
     clock: wp.uint32  # of a noise at the time of the table: periods passed, in units of 2^-20
-    values: wp.array3d[wp.vec3]  # of a grid: velocities at its nodes [m/s]; its first node is at the center
+    values: wp.array[float]  # of a grid: velocities at its nodes [m/s], flat: x, y, z of each, k fastest; the first is at the center
+    nodes: wp.vec3i  # of a grid along x, y and z, 2 at least
     inverse_spacing: wp.vec3  # of a grid's nodes [1/m]; 0 along an axis with one node
     outside: int  # of a grid's box: ZERO, CLAMP
 

@@ -148,9 +148,9 @@ def put_grid(row: FlowPrimitive, spec, grid: VelocityGrid, values: wp.array) -> 
     """Put a grid where the scene, else its file, has it, and let the row point at its velocities, which the environment keeps alive."""
     size = np.array(grid.size if spec.size is None else spec.size)
     center = np.array(grid.center if spec.center is None else spec.center)
-    row.values, row.outside = values, OUTSIDES[spec.outside]
+    row.values, row.nodes, row.outside = values, wp.vec3i(*grid.nodes), OUTSIDES[spec.outside]
     row.center = wp.vec3(*(center - 0.5 * size))
-    row.inverse_spacing = wp.vec3(*((np.array(values.shape) - 1) / size))
+    row.inverse_spacing = wp.vec3(*((np.array(grid.nodes) - 1) / size))
 
 
 def bound_rows(spec, table: SignalTable) -> list[FlowPrimitive]:
@@ -196,7 +196,7 @@ class Environment:
         for place, spec in enumerate(scene.flow):
             if spec.type == "grid":
                 grid, velocities = load_grid(spec.file.path, f"flow.{place}.file", spec.array)
-                self._grids[place] = grid, wp.array(velocities, dtype=wp.vec3, device=device)
+                self._grids[place] = grid, wp.array(velocities.ravel(), dtype=float, device=device)
         table = self._rows_of(scene)
         self.signals = table.tables(device)
         self._give_programs()

@@ -26,6 +26,8 @@ NVDB_HEADER, NVDB_GRID, NVDB_BOX = 16, 176, 736  # bytes: file header, a grid's 
 class VelocityGrid(NamedTuple):
     """The box of a grid of velocities, from the first node to the last, as its file has it [m]."""
 
+    nodes: tuple[int, ...]
+    """Along x, y and z."""
     center: tuple[float, ...] = (0.0, 0.0, 0.0)
     size: tuple[float, ...] | None = None
     """None where the file does not say."""
@@ -53,7 +55,7 @@ def load_grid(path: Path, where: str, array: str = "velocity") -> tuple[Velocity
     for axis in range(3):
         if velocities.shape[axis] == 1:
             velocities = np.repeat(velocities, 2, axis)
-    return grid, velocities
+    return grid._replace(nodes=velocities.shape[:3]), velocities
 
 
 def grid_bytes(path: Path, where: str, array: str = "velocity") -> int:
@@ -126,7 +128,7 @@ def _npz(path: Path, array: str) -> tuple[VelocityGrid, np.ndarray]:
         raise UnusableGrid(f"ends after {len(content)} of {size} bytes")
     values = np.frombuffer(content, dtype).reshape(shape, order="F" if fortran else "C")
     with np.errstate(over="ignore"):  # what float32 cannot hold becomes infinite, and is refused as that
-        return VelocityGrid(), np.ascontiguousarray(values, np.float32)
+        return VelocityGrid(shape[:3]), np.ascontiguousarray(values, np.float32)
 
 
 def _plain_nvdb(path: Path) -> bytes:
@@ -193,4 +195,4 @@ def _nvdb(path: Path, array: str) -> tuple[VelocityGrid, np.ndarray]:
     nodes = np.array(shape)
     center = np.array(info.translation, float) + spacing * (np.array(first) + 0.5 * (nodes - 1))
     size = spacing * np.maximum(nodes - 1, 1)  # a single node is as thick as a voxel
-    return VelocityGrid(tuple(center.tolist()), tuple(size.tolist())), values.numpy()
+    return VelocityGrid(shape, tuple(center.tolist()), tuple(size.tolist())), values.numpy()

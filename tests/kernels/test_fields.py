@@ -39,6 +39,7 @@ def flow_row(p: Primitive) -> FlowPrimitive:
     row.half_length, row.radius, row.time = p.half_length, p.radius, p.time
     row.length, row.seed, row.clock = p.length, p.seed, p.clock
     row.strength = wp.vec3(*p.strength) if isinstance(p.strength, tuple) else wp.vec3(p.strength, 0.0, 0.0)
+    row.nodes = wp.vec3i(*p.nodes.shape[:3])
     row.inverse_spacing, row.outside = wp.vec3(*(1.0 / h for h in p.spacing)), OUTSIDES[p.outside]
     if p.type == "doublet":
         row.strength = row.direction * p.strength  # its moment
@@ -59,7 +60,7 @@ def velocities(primitives, points, device) -> np.ndarray:
         row.span = wp.vec4i(*[begin for begin, _ in spans], spans[-1][1])
     program = signals.tables(device).program
     for row, p in zip(rows, primitives, strict=True):
-        row.program, row.values = program, wp.array(p.nodes, dtype=wp.vec3, device=device)
+        row.program, row.values = program, wp.array(p.nodes.ravel(), dtype=float, device=device)
     table = wp.array(rows, dtype=FlowPrimitive, device=device).reshape((1, len(primitives)))
     planar = wp.array(np.ascontiguousarray(points.T), dtype=float, device=device)
     out = wp.zeros_like(planar)
