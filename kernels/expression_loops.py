@@ -7,7 +7,7 @@ from warpsim.kernels.expressions import ARITIES, OPERATIONS, STACK_DEPTH, apply_
 
 BLOCK_FORMULAS = (apply_unary, apply_binary, apply_ternary)
 
-LEAVES = {"constant": "o.operand", "t": "q.time", "x": "(double)X[0][i]", "y": "(double)X[1][i]", "z": "(double)X[2][i]"}
+LEAVES = {"constant": "o.operand", "t": "q.time", **{name: f"(double)X[{k}][i] - (double)q.center[{k}]" for k, name in enumerate("xyz")}}
 APPLY = {
     1: "$apply_unary(@, T[top][i])",
     2: "$apply_binary(@, T[top][i], T[top + 1][i])",

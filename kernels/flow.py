@@ -67,10 +67,17 @@ def sample_rotation(p: FlowPrimitive, x: wp.vec3) -> wp.vec3:
     return wp.cross(p.axis, x - p.center) * p.strength[0]
 
 
+@wp.func(inline=True)
+def place_of(p: FlowPrimitive, x: wp.vec3) -> wp.vec3d:
+    """Return x from where the formulas' origin is, in float64 [m]."""
+    d = wp.vec3d(wp.float64(x[0]), wp.float64(x[1]), wp.float64(x[2]))
+    return d - wp.vec3d(wp.float64(p.center[0]), wp.float64(p.center[1]), wp.float64(p.center[2]))
+
+
 @wp.func
 def sample_expression(p: FlowPrimitive, x: wp.vec3) -> wp.vec3:
     """Return what three formulas of place and time say, worked out in float64; what is not finite stays so, and the run answers it."""
-    place = wp.vec3d(wp.float64(x[0]), wp.float64(x[1]), wp.float64(x[2]))
+    place = place_of(p, x)
     u = evaluate_program(p.program, p.span[0], p.span[1], place, p.time)
     v = evaluate_program(p.program, p.span[1], p.span[2], place, p.time)
     w = evaluate_program(p.program, p.span[2], p.span[3], place, p.time)

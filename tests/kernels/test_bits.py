@@ -26,7 +26,10 @@ BODIES = {
     "vortex_segment": {"start": [0, 0.2, 0], "end": [1, 0, 0.5], "circulation": SINE, "travel": [0, SINE, 0]},
     "vortex_ring": {"normal": [1, 0, 1], "radius": {"keyframes": [[0, 0.5], [0.2, 0.8]]}, "circulation": 0.5, "travel": [SINE, 0, 0]},
     "curl_noise": {"amplitude": SINE, "length": 0.3, "frequency": 4.0, "octaves": 2, "seed": 3, "travel": [SINE, 0, 0]},
-    "expression": {"velocity": ["0.3*sin(x*y - t)", "smoothstep(-1, 1, z)*exp(-x^2)", "clamp(mod(x, 0.4), 0.1, 0.3) + 0.1*log(2 + y^2)"]},
+    "expression": {
+        "velocity": ["0.3*sin(x*y - t)", "smoothstep(-1, 1, z)*exp(-x^2)", "clamp(mod(x, 0.4), 0.1, 0.3) + 0.1*log(2 + y^2)"],
+        "travel": [SINE, 0, 0],
+    },
     "grid": {"file": str(SCENES / "grids" / "cavity.npz"), "size": [2, 2, 0.5], "scale": SINE, "travel": [0.1, SINE, 0]},
 }
 FLOW = [{"type": kind} | BODIES[kind] for kind in FLOWS]

@@ -30,6 +30,11 @@ def test_place_and_time_are_those_of_the_particle():
     np.testing.assert_allclose(at, np.stack([x + 10.0 * y, 3.0 * z, 3.0 + 0.0 * z], axis=1), rtol=1e-7)
 
 
+def test_its_origin_may_travel():
+    flow = simulate(flow=[expression("x", "y", "z", travel=[{"expression": "2*t"}, 1.0, 0.0])]).flow
+    np.testing.assert_allclose(flow.sample(POINTS, time=3.0), np.float32(POINTS) - [6.0, 1.0, 0.0], rtol=1e-6)
+
+
 def test_it_is_worked_out_in_64_bits():
     """The flow of x/1e9 beside 1e9: in 32 bits the small part would be gone."""
     flow = simulate(flow=[expression("(1e9 + x/1e3) - 1e9", "0", "0")]).flow

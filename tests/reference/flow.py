@@ -149,7 +149,7 @@ def curl_noise(p: Primitive, x: np.ndarray) -> np.ndarray:
 
 
 def expression(p: Primitive, x: np.ndarray) -> np.ndarray:
-    return np.array([evaluate(compile_expression(text, PLACE), p.time, x) for text in p.formulas])
+    return np.array([evaluate(compile_expression(text, PLACE), p.time, x - np.asarray(p.center)) for text in p.formulas])
 
 
 FLOWS = {

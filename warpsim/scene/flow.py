@@ -253,6 +253,7 @@ class Expression(FlowPrimitive):
         description="Velocity along x, y and z, each a formula of x, y, z and t, worked out in 64 bits; where it is not finite, "
         "`limits.unstable` says what happens [m/s]."
     )
+    travel: Travel = Field((0.0, 0.0, 0.0), description="Where x, y and z are measured from, each a strength [m].")
 
     @property
     def programs(self) -> tuple[tuple[tuple[str, float], ...], ...]:
