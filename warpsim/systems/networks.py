@@ -22,6 +22,7 @@ from warpsim.systems.pairs import substep_of
 from warpsim.systems.points import PointPacker
 
 FOREVER = 1.0e30  # [s]: a point's lifetime
+LOAD_OF_SPRINGS = 4  # times the work of a particle that moves alone
 WITHIN, AFTER, HALVES = range(3)
 WHEN = {  # when the springs act: with the other forces, as a kick after the substep, or as half a kick before and after
     "euler": WITHIN,
@@ -147,6 +148,11 @@ class NetworkSystem(ABC):
         if count:
             inputs = (s, self.pace.dt, self._start_time, self._pins, self.particles.position, self.particles.velocity)
             yield Stage("pins", springs.project_pins, count, inputs)
+
+    @property
+    def load(self) -> int:
+        """How many particles that move alone are about as much work: it decides between one core and all."""
+        return LOAD_OF_SPRINGS * len(self.net.points)
 
     def frame(self, index: int) -> SystemFrame:
         """Return what observers see of the present frame."""
