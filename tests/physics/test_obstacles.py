@@ -10,6 +10,7 @@ from tests.physics.scenes import scene, simulate, start
 from tests.reference.flow import Primitive
 from tests.reference.obstacles import before_walls, round_cylinder
 from warpsim import Simulation, load_scene
+from warpsim.changes import FixedField
 from warpsim.images import CylinderImages, WallImages
 from warpsim.scene.obstacles import Cylinder, Wall
 
@@ -262,6 +263,8 @@ def test_a_change_while_it_runs_moves_the_images():
     fresh = probe([STREAM | {"velocity": [2.0, *STREAM["velocity"][1:]]}], CYLINDER | {"radius": 0.9, "circulation": 1.0})
     assert np.array_equal(sim.flow.sample(SURFACE), fresh.sample(SURFACE))
     sim.step_frame()
+    with pytest.raises(FixedField, match="answers"):
+        sim.change("obstacles.body.answers", False)
 
 
 def test_tracers_pass_a_cylinder_without_touching_it(rng):

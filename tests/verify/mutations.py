@@ -56,7 +56,7 @@ MUTATIONS = (
              {"curl_noise": "here later"}),
     Mutation("expression", FLOW, "wp.vec3(float(u), float(v), float(w))", "1.01 * wp.vec3(float(u), float(v), float(w))",
              {"expression": "at_first bent spin"}),
-    Mutation("grid", "kernels/grids.py", "p.outside == CLAMP, p.strength[0]", "p.outside == CLAMP, 1.01 * p.strength[0]",
+    Mutation("grid", "kernels/grids.py", "p.strength[0] * inside)", "1.01 * p.strength[0] * inside)",
              {"grid": "left_of_center below ghia_1982"}),
     Mutation("images", "warpsim/images.py", "matrix(factor @", "matrix(1.01 * factor @",
              {"cylinder_flow": "stagnation above_rests", "magnus": "rest_below", "wall": "carried floor"}),

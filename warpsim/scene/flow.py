@@ -205,7 +205,7 @@ class Grid(FlowPrimitive):
     strength_field: ClassVar[str] = "scale"
     type: Literal["grid"] = Field("grid", description="Kind of flow.")
     file: asset_path(".npz", ".nvdb") = Field(
-        description="npz: an array of shape (nx, ny, nz, 3), x first: the velocity at each node [m/s]; nvdb: a grid of type Vec3f [m/s]."
+        description="npz: an array of shape (nx, ny, nz, 3), x first, of velocities in m/s; nvdb: a grid of type Vec3f, likewise."
     )
     array: str = Field("velocity", min_length=1, max_length=200, description="Name of the array in an npz file.")
     center: Vec3 | None = Field(None, description="Middle of the box; absent: the origin, or where an nvdb file has it [m].")
