@@ -17,7 +17,7 @@ from warpsim.kernels.environment import KILL, Environment, drag_rate
 from warpsim.kernels.expression_loops import BLOCK_FORMULAS, EXPRESSION_BLOCK
 from warpsim.kernels.flow import FLOWS
 from warpsim.kernels.forces import FORCES
-from warpsim.kernels.integration import FORMS, KIT, Pace, ballistic_position, drift, inside, kick
+from warpsim.kernels.integration import KIT, Pace, ballistic_position, drift, inside, kick
 from warpsim.kernels.lifetime import age_at
 from warpsim.kernels.multistep_loops import DECLARATIONS, LOAD, STORE, multistep_texts
 
@@ -193,7 +193,7 @@ TEXTS |= MULTISTEP_TEXTS
 MACROS = ("GET", "PUT", "ADD", "EACH", "EACH_OF_BLOCK", "FLOW", "FORCE", "NEAR")
 FORMULAS = (*FLOWS.values(), *FORCES.values(), age_at, drag_rate, living_step, inside, kick, drift)
 CONTACT_FORMULAS = (*CLEARANCES.values(), into_frame, path_reach, meet_colliders)
-FORMULAS += (*BLOCK_FORMULAS, *vars(KIT.glides).values(), KIT.whole_step, *(form.start for form in FORMS.values()))
+FORMULAS += (*BLOCK_FORMULAS, *vars(KIT.glides).values(), KIT.whole_step)
 
 
 def advance_text(loop: str) -> str:

@@ -1,7 +1,7 @@
 """Native loop texts of the multistep methods, line by line as in multistep.py; loops.py puts them between prologue and epilogue.
 
-R1, R2, R3 are the past values, N the drive at the substep's beginning, NA the one ahead, XS and VS what the one-step method makes of those
-particles that are not ready; it is called for each of them, as few blocks have more than some.
+R1, R2, R3 are the past values, N the drive at the substep's beginning, NA the one ahead, XS and VS what the one-step method makes of a
+block in which some are not ready.
 """
 
 DECLARATIONS = """
@@ -29,20 +29,45 @@ STORE = """
             particles.history_count.data[b + i] = kept[i];
         }
 """
-START = """
+READY = """
             int lacking = 0;
             for (int i = 0; i < B; ++i) {
                 whole[i] = $whole_step(H[i], pace.dt);
                 ready[i] = whole[i] & (kept[i] >= PAST);
-                lacking += 1 - ready[i];
-            }
-            if (lacking) for (int i = 0; i < n; ++i) {
-                if (ready[i]) continue;
-                const vec internal = coupled ? GET(I) : still;
-                const auto p = $start_FORM(GET(X), GET(V), GET(U), DRAWN, K[i], W[i], internal, coupled, 2 * s, 1, H[i], environment);
-                PUT(XS, p.x) PUT(VS, p.v)
+                lacking += (i < n) & (1 - ready[i]);
             }
 """
+START = {  # by form: one step by Runge–Kutta, as in start_inertial and start_tracer
+    "inertial": """
+            if (lacking) {
+                EACH(const auto w = $exponential_weights(k * (0.5f * h));
+                     const vec g = $pull(GET(N), GET(V0), k);
+                     PUT(X, $glide_position(GET(X0), GET(V0), g, still, still, still, w, 0.5f * h)))
+                flow(2 * s + 1); force(2 * s + 1);
+                EACH(PUT(NA, $driven(GET(A), GET(U), k))
+                     const auto w = $exponential_weights(k * h);
+                     const vec g = $pull(GET(NA), GET(V0), k);
+                     PUT(X, $glide_position(GET(X0), GET(V0), g, still, still, still, w, h)))
+                flow(2 * s + 2); force(2 * s + 2);
+                EACH(const vec now = GET(N), half = GET(NA), end = $driven(GET(A), GET(U), k), g = $pull(now, GET(V0), k);
+                     const vec n1 = $middle_slope(now, half, end), n2 = $middle_bend(now, half, end), n3 = still;
+                     const auto w = $exponential_weights(k * h);
+                     PUT(XS, $glide_position(GET(X0), GET(V0), g, n1, n2, n3, w, h))
+                     PUT(VS, $glide_velocity(GET(V0), g, n1, n2, n3, w, h)))
+            }
+""",
+    "tracer": """
+            if (lacking) {
+                EACH(PUT(DX, GET(N)) PUT(X, $drift(GET(X0), GET(N), 0.5f * h)))
+                for (int stage = 0; stage < 2; ++stage) {
+                    flow(2 * s + 1);
+                    EACH(PUT(DX, $drift(GET(DX), GET(U), 2.0f)) PUT(X, $drift(GET(X0), GET(U), stage == 0 ? 0.5f * h : h)))
+                }
+                flow(2 * s + 2);
+                EACH(PUT(XS, $drift(GET(X0), $drift(GET(DX), GET(U), 1.0f), h / 6.0f)) PUT(VS, GET(V)))
+            }
+""",
+}
 SETTLE = """
             if (lacking) for (int i = 0; i < n; ++i) if (!ready[i]) { PUT(X, GET(XS)) PUT(V, GET(VS)) }
 """
@@ -78,7 +103,7 @@ def inertial_text(order: int, corrects: bool) -> str:
     moves = [f"EACH(const vec now = GET(N), g = $pull(now, GET(V0), k), {text}; {SLOPES} {glide})" for text in moves]
     ahead = " flow(2 * s + 2); force(2 * s + 2); EACH(PUT(NA, $driven(GET(A), GET(U), k))) "
     keep = "EACH(PUT(N, $driven(GET(A), GET(U), k)) PUT(X0, GET(X)) PUT(V0, GET(V))) "
-    text = begun(order, "inertial") + keep + ahead.join(moves) + ended(order)
+    text = keep + begun(order, "inertial") + ahead.join(moves) + ended(order)
     return text + "flow(2 * s + 2); force(2 * s + 2);"
 
 
@@ -89,14 +114,12 @@ def tracer_text(order: int, corrects: bool) -> str:
     moves = [f"EACH(const vec now = GET(N), {text}; {SLOPES} {follow})" for text in moves]
     ahead = " flow(2 * s + 2); EACH(PUT(NA, GET(U))) "
     keep = "EACH(PUT(N, GET(U)) PUT(X0, GET(X))) "
-    return begun(order, "tracer") + keep + ahead.join(moves) + ended(order) + "flow(2 * s + 2); EACH(PUT(V, GET(U)))"
+    return keep + begun(order, "tracer") + ahead.join(moves) + ended(order) + "flow(2 * s + 2); EACH(PUT(V, GET(U)))"
 
 
 def begun(order: int, form: str) -> str:
-    """Write what comes before a substep: the particles that are not ready, by the one-step method."""
-    if order == 1:
-        return ""
-    return START.replace("FORM", form).replace("DRAWN", "GET(A)" if form == "inertial" else "still").replace("PAST", str(order - 1))
+    """Write what comes first, after the beginning is kept: a step by the one-step method, for those that are not ready."""
+    return "" if order == 1 else READY.replace("PAST", str(order - 1)) + START[form]
 
 
 def ended(order: int) -> str:
