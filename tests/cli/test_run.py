@@ -62,6 +62,17 @@ def test_overflow_is_told_when_it_begins_and_at_the_end(folder):
     assert process.stdout.count("sparks is full at frame") == 1 and "births were refused for lack of room" in process.stdout
 
 
+def test_a_tolerance_that_is_not_kept_is_told_once_and_counted(tmp_path):
+    comet = SPARKS.replace("capacity: 1000", "solver: abm_pece_4\n    substeps: auto\n    tolerance: 1.0e-8\n    max_substeps: 2")
+    pull = "forces: [{type: attractor, center: [0, 1.2, 0], law: inverse_square, strength: 1.0}]\nsystems:"
+    (tmp_path / "sparks.yaml").write_text(comet.replace("systems:", pull))
+    told = run(tmp_path)
+    assert told.returncode == 0 and told.stdout.count("the most substeps do not keep the tolerance") == 1, told.stderr
+    assert "systems.sparks.max_substeps" in told.stdout and "frames of particles" in told.stdout
+    sparks = result_of(tmp_path)["systems"]["sparks"]
+    assert sparks["inexact"] > 0 and 1.0 < sparks["substeps"] <= 2.0
+
+
 def test_run_folder(folder):
     assert run(folder, "--frames", 12, "--out", "r").returncode == 0
     entries = [json.loads(line) for line in (folder / "r" / "frames.jsonl").read_text().splitlines()]
