@@ -4,16 +4,19 @@ The kinds are in oracles_of_flow.py, oracles_of_motion.py and oracles_of_births.
 """
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, model_validator
 
 from warpsim.scene.base import Mistake, Name, Number, ShortSpec, Spec, mistakes
 from warpsim.scene.nearest import listed, nearest
-from warpsim.scene.particles import Entry, Particles
+from warpsim.scene.particles import Entry as Entry
+from warpsim.scene.particles import Particles
 
 AT = "When it is measured [s]."
 POINT = "Where it is measured [m]."
+FrameTime = Annotated[Number, Field(ge=0.0, le=1e7)]
+"""When particles are looked at: from frame 0 on, at the frame nearest to it."""
 
 
 class Oracle(Spec):
@@ -107,6 +110,3 @@ def felt(selection: bool | tuple[str | int, ...], entries: tuple[Any, ...]) -> l
 def first_misfit(*checks: Callable[[], list[Mistake]]) -> list[Mistake]:
     """Return the mistakes of the first check that finds any: later ones would stumble over the same."""
     return next((found for check in checks if (found := check())), [])
-
-
-__all__ = ["AT", "POINT", "Bounded", "Entry", "Oracle", "Tolerance", "entry_misfits", "entry_of", "felt", "first_misfit", "system_misfits"]

@@ -5,14 +5,15 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from warpsim.scene.base import Mistake, Name, Spec, WholeNumber, mistakes
-from warpsim.scene.oracles import Bounded, Entry, Oracle, entry_misfits, entry_of, first_misfit, system_misfits
-from warpsim.scene.strengths import Moment, Strength
+from warpsim.scene.oracles import Bounded, Entry, FrameTime, Oracle, entry_misfits, entry_of, first_misfit, system_misfits
+from warpsim.scene.strengths import Strength
 
 OF = Literal["count", "speed", "cosine", "lifetime", "mass", "radius"]
 OF_WORDS = (
     "births per interval of the rate; or of each birth: speed, cosine of the angle to the emitter's direction, lifetime, mass, radius."
 )
 UNEVEN = ("point", "mesh")  # shapes whose births are not spread over a line, a disc, a ball or a box
+NARROWEST = 1.0  # degree
 
 
 class Births(Spec):
@@ -20,8 +21,8 @@ class Births(Spec):
 
     system: Name = Field(description="Particle system that the emitter belongs to.")
     emitter: Entry = Field(0, description="The emitter, by name or number [1].")
-    from_: Moment = Field(0.0, alias="from", description="Beginning of the window in which births are counted [s].")
-    to: Moment = Field(description="End of the window [s].")
+    from_: FrameTime = Field(0.0, alias="from", description="Beginning of the window in which births are counted [s].")
+    to: FrameTime = Field(description="End of the window [s].")
 
     @model_validator(mode="after")
     def _window_has_a_length(self):
@@ -98,6 +99,10 @@ class UniformityOracle(Bounded, Births, Oracle):
         emitter = self.emitter_in(scene)
         if self.of == "place" and emitter.shape.type in UNEVEN:
             return f"the births of a {emitter.shape.type} have no coordinates in which they are even"
-        if self.of == "direction" and (emitter.velocity is None or not emitter.velocity.cone):
-            return "the emitter throws in one direction only"
+        if self.of == "place" and emitter.shape.type == "segment" and emitter.shape.start == emitter.shape.end:
+            return "the segment has no length"
+        if self.of == "direction" and (emitter.velocity is None or emitter.velocity.cone < NARROWEST):
+            return f"the emitter throws in one direction, or into a cone below {NARROWEST:g} degree that float32 does not resolve"
+        if self.of == "direction" and emitter.velocity.speed.mean <= emitter.velocity.speed.spread:
+            return "the emitter throws some against its direction, or not at all"
         return self.births_lawless(scene)

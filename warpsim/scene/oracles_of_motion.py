@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from warpsim.scene.base import LARGEST_COORDINATE, Mistake, Name, Number, Spec, Vec3, WholeNumber, is_number, mistakes
-from warpsim.scene.oracles import AT, Bounded, Entry, Oracle, entry_misfits, entry_of, felt, first_misfit, system_misfits
+from warpsim.scene.oracles import AT, Bounded, Entry, FrameTime, Oracle, entry_misfits, entry_of, felt, first_misfit, system_misfits
 from warpsim.scene.particles import Drag, Feels, StokesDrag
 from warpsim.scene.strengths import Moment, Strength
 
@@ -84,7 +84,7 @@ class TerminalSpeedOracle(Bounded, Released, Oracle):
     """The speed against a constant wind at which drag carries the weight: m g/alpha, or with viscosity m g/(6 pi viscosity radius)."""
 
     type: Literal["terminal_speed"] = Field("terminal_speed", description="Kind of oracle.")
-    at: Moment = Field(description="When it is measured; late enough to have settled [s].")
+    at: FrameTime = Field(description="When it is measured; late enough to have settled [s].")
     expect: Strength | None = Field(None, description="The speed against the wind; absent: by the law [m/s].")
 
     def misfits(self, scene) -> list[Mistake]:
@@ -103,7 +103,7 @@ class RelaxationOracle(Bounded, Released, Oracle):
     """The velocity on the way to the flow's: w + (v0 - w) exp(-t/tau), tau = m/alpha, w = flow + gravity tau; in a constant wind."""
 
     type: Literal["relaxation"] = Field("relaxation", description="Kind of oracle.")
-    at: Moment = Field(description=AT)
+    at: FrameTime = Field(description=AT)
     expect: Expected3 | None = Field(None, description="The velocity; absent: by the law [m/s].")
 
     def misfits(self, scene) -> list[Mistake]:
@@ -119,7 +119,7 @@ class ArcOracle(Bounded, Released, Oracle):
     """The place on the arc of a throw: x0 + v0 t + g t^2/2; with drag in a constant wind x0 + w t + (v0 - w) tau (1 - exp(-t/tau))."""
 
     type: Literal["arc"] = Field("arc", description="Kind of oracle.")
-    at: Moment = Field(description=AT)
+    at: FrameTime = Field(description=AT)
     expect: Expected3 | None = Field(None, description="The place; absent: by the law [m].")
 
     def misfits(self, scene) -> list[Mistake]:
@@ -171,7 +171,7 @@ class BounceHeightOracle(Bounded, Released, Oracle):
 
     type: Literal["bounce_height"] = Field("bounce_height", description="Kind of oracle.")
     collider: Entry = Field(0, description="The plane it bounces on, by name or number [1].")
-    at: Moment = Field(description="When it is measured, between two bounces [s].")
+    at: FrameTime = Field(description="When it is measured, between two bounces [s].")
     expect: Strength | None = Field(None, description="The height above the plane; absent: by the law [m].")
 
     def misfits(self, scene) -> list[Mistake]:
@@ -203,6 +203,8 @@ class Subject(Released):
         wrong = [key for key in _OWN if self.of == "system" and getattr(self, key) is not None]
         if wrong:
             raise mistakes([Mistake((key,), f"{key} is for a test particle (of: particle)", ("of", key)) for key in wrong])
+        if self.of == "system" and self.release < 0.0:
+            raise mistakes([Mistake(("release",), "of a system's particles it is a frame's time: 0 or later", ("of", "release"))])
         return self
 
 
@@ -210,7 +212,7 @@ class PositionOracle(Bounded, Subject, Oracle):
     """The place of a test particle, or the mean place of a system's particles."""
 
     type: Literal["position"] = Field("position", description="Kind of oracle.")
-    at: Moment = Field(description=AT)
+    at: FrameTime = Field(description=AT)
     expect: Expected3 = Field(description="The place [m].")
 
     def misfits(self, scene) -> list[Mistake]:
@@ -221,7 +223,7 @@ class EnergyOracle(Bounded, Subject, Oracle):
     """Kinetic energy and that in gravity and forces, of a test particle, or of the particles that live from `release` to `at`."""
 
     type: Literal["energy"] = Field("energy", description="Kind of oracle.")
-    at: Moment = Field(description=AT)
+    at: FrameTime = Field(description=AT)
     expect: Strength | None = Field(None, description="The energy; absent: as much as at `release`, for it is kept [J].")
 
     def misfits(self, scene) -> list[Mistake]:
@@ -241,7 +243,7 @@ class MomentumOracle(Bounded, Subject, Oracle):
 
     type: Literal["momentum"] = Field("momentum", description="Kind of oracle.")
     of: Literal["particle", "system"] = Field("system", description="Of a test particle, or of the system's living particles together.")
-    at: Moment = Field(description=AT)
+    at: FrameTime = Field(description=AT)
     expect: Expected3 | None = Field(None, description="The momentum; absent: that at `release`, and what gravity adds [kg m/s].")
 
     def misfits(self, scene) -> list[Mistake]:

@@ -6,10 +6,10 @@ from pydantic import Field, model_validator
 
 from warpsim.scene.base import Mistake, Name, Vec3, WholeNumber, mistakes
 from warpsim.scene.nearest import listed, nearest
-from warpsim.scene.oracles import AT, Bounded, Oracle
+from warpsim.scene.oracles import AT, Bounded, FrameTime, Oracle
 from warpsim.scene.oracles_of_motion import Expected3
 from warpsim.scene.springs import Network
-from warpsim.scene.strengths import Moment, Strength
+from warpsim.scene.strengths import Strength
 
 
 class OfNetwork(Bounded):
@@ -34,7 +34,7 @@ class PlaceOracle(OfNetwork, Oracle):
     """Where a point of a network is."""
 
     type: Literal["place"] = Field("place", description="Kind of oracle.")
-    at: Moment = Field(description=AT)
+    at: FrameTime = Field(description=AT)
     expect: Expected3 = Field(description="The place [m].")
 
 
@@ -43,8 +43,8 @@ class PeriodOracle(OfNetwork, Oracle):
 
     type: Literal["period"] = Field("period", description="Kind of oracle.")
     direction: Vec3 = Field(description="Along what the swing is measured, of any length [1].")
-    from_: Moment = Field(0.0, alias="from", description="Beginning of what is looked at [s].")
-    to: Moment = Field(description="End of what is looked at; long enough for two swings [s].")
+    from_: FrameTime = Field(0.0, alias="from", description="Beginning of what is looked at [s].")
+    to: FrameTime = Field(description="End of what is looked at; long enough for two swings [s].")
     expect: Strength = Field(description="The period [s].")
 
     @model_validator(mode="after")

@@ -5,9 +5,9 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from warpsim.scene.base import Mistake, Name
-from warpsim.scene.oracles import AT, Bounded, Entry, Oracle, entry_misfits, entry_of, first_misfit, system_misfits
+from warpsim.scene.oracles import AT, Bounded, Entry, FrameTime, Oracle, entry_misfits, entry_of, first_misfit, system_misfits
 from warpsim.scene.particles import Solver
-from warpsim.scene.strengths import Moment, Strength
+from warpsim.scene.strengths import Strength
 
 Digest = Annotated[str, Field(min_length=32, max_length=32, pattern=r"^[0-9a-f]{32}$")]
 
@@ -19,7 +19,7 @@ class LiveCountOracle(Bounded, Oracle):
     type: Literal["live_count"] = Field("live_count", description="Kind of oracle.")
     system: Name = Field(description="Particle system that is counted.")
     emitter: Entry | None = Field(None, description="Emitter, by name or number, whose particles are counted; absent: all [1].")
-    at: Moment = Field(description=AT)
+    at: FrameTime = Field(description=AT)
     expect: Strength | None = Field(None, description="How many; absent: by the emitters' rates, bursts and lifetimes [1].")
 
     def misfits(self, scene) -> list[Mistake]:
@@ -42,7 +42,7 @@ class SizeOracle(Bounded, Oracle):
 
     type: Literal["size"] = Field("size", description="Kind of oracle.")
     system: Name = Field(description="Particle system that is measured.")
-    at: Moment = Field(description=AT)
+    at: FrameTime = Field(description=AT)
     expect: Strength = Field(description="The distance [m].")
 
     def misfits(self, scene) -> list[Mistake]:
@@ -53,7 +53,7 @@ class HashOracle(Oracle):
     """The hash of the full state, as `run` prints it: equal for the same scene, seed, version and kind of device."""
 
     type: Literal["hash"] = Field("hash", description="Kind of oracle.")
-    at: Moment = Field(description=AT)
+    at: FrameTime = Field(description=AT)
     device: Literal["cpu", "cuda"] = Field("cpu", description="Kind of device it was taken on; on another it is skipped, and said to be.")
     expect: Digest = Field(description="The hash, 32 hexadecimal digits.")
     reason: str = Field("", max_length=2000, description="What it guards.")

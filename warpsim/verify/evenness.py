@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-BESIDE = 1e-4  # of a coordinate's range: a birth further out is outside of its shape, and no rounding
+BESIDE = 1e-4  # of a coordinate's range, and what float32 makes of it: a birth further out is outside, and no rounding
 
 
 class Cells(NamedTuple):
@@ -18,9 +18,9 @@ class Cells(NamedTuple):
     number: Callable[[np.ndarray], list[np.ndarray]]
 
 
-def binned(u: np.ndarray, bins: int) -> np.ndarray:
+def binned(u: np.ndarray, bins: int, beside: float) -> np.ndarray:
     """Return bins 0 … bins - 1 of coordinates in [0, 1], and -1 outside."""
-    return np.where((u < -BESIDE) | (u > 1.0 + BESIDE), -1, np.clip((u * bins).astype(int), 0, bins - 1))
+    return np.where((u < -beside) | (u > 1.0 + beside), -1, np.clip((u * bins).astype(int), 0, bins - 1))
 
 
 def frame_round(axis) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -36,11 +36,11 @@ def turn(along: np.ndarray, across: np.ndarray) -> np.ndarray:
     return np.arctan2(across, along) / (2.0 * np.pi) % 1.0
 
 
-def even(coordinates: Callable[[np.ndarray], list[np.ndarray]], count: int, bins: int) -> Cells:
+def even(coordinates: Callable[[np.ndarray], list[np.ndarray]], count: int, bins: int, beside: float) -> Cells:
     """Return equal bins along each of `count` coordinates in [0, 1]."""
 
     def number(vectors: np.ndarray) -> list[np.ndarray]:
-        return [binned(u, bins) for u in coordinates(vectors)]
+        return [binned(u, bins, beside) for u in coordinates(vectors)]
 
     return Cells([np.full(bins, 1.0 / bins)] * count, number)
 
@@ -48,13 +48,13 @@ def even(coordinates: Callable[[np.ndarray], list[np.ndarray]], count: int, bins
 def cells_of_directions(velocity, bins: int) -> Cells:
     """Return bins of the cosine to the cone's axis, from the cone's edge to the axis, and of the angle round it."""
     first, second, axis = frame_round(velocity.direction)
-    least = np.cos(np.radians(velocity.cone))
+    width = 2.0 * np.sin(np.radians(velocity.cone) / 2.0) ** 2  # 1 − cos
 
     def coordinates(v: np.ndarray) -> list[np.ndarray]:
-        cosine = v @ axis / np.linalg.norm(v, axis=1)
-        return [(cosine - least) / (1.0 - least), turn(v @ first, v @ second)]
+        away = v / np.linalg.norm(v, axis=1, keepdims=True) - axis  # of length 2 sin θ/2: exact for narrow cones, too
+        return [1.0 - (away * away).sum(axis=1) / (2.0 * width), turn(v @ first, v @ second)]
 
-    return even(coordinates, 2, bins)
+    return even(coordinates, 2, bins, BESIDE + 2.0**-22 / width)
 
 
 def cells_of_places(shape, bins: int) -> Cells | None:
@@ -63,9 +63,15 @@ def cells_of_places(shape, bins: int) -> Cells | None:
     return make(shape, bins) if make else None
 
 
+def _beside(places, sizes) -> float:
+    """Return how far out roundings may lead: of places far from the origin they are a larger part of a small shape."""
+    return BESIDE + 2.0**-20 * float(np.max(np.abs(places))) / float(np.min(sizes))
+
+
 def _segment(shape, bins: int) -> Cells:
     start, along = np.array(shape.start), np.subtract(shape.end, shape.start)
-    return even(lambda x: [(x - start) @ along / (along @ along)], 1, bins)
+    beside = _beside([shape.start, shape.end], np.linalg.norm(along))
+    return even(lambda x: [(x - start) @ along / (along @ along)], 1, bins, beside)
 
 
 def _disc(shape, bins: int) -> Cells:
@@ -76,7 +82,7 @@ def _disc(shape, bins: int) -> Cells:
         d = (x - np.array(shape.center)) / shape.radius
         return [turn(d @ first, d @ second)] + ([(d * d).sum(axis=1)] if shape.fill == "volume" else [])
 
-    return even(coordinates, 2 if shape.fill == "volume" else 1, bins)
+    return even(coordinates, 2 if shape.fill == "volume" else 1, bins, _beside(shape.center, shape.radius))
 
 
 def _sphere(shape, bins: int) -> Cells:
@@ -88,18 +94,19 @@ def _sphere(shape, bins: int) -> Cells:
         surface = [0.5 + 0.5 * d[:, 2] / np.maximum(r, 1e-30), turn(d[:, 0], d[:, 1])]
         return surface + ([r**3] if shape.fill == "volume" else [])
 
-    return even(coordinates, 3 if shape.fill == "volume" else 2, bins)
+    return even(coordinates, 3 if shape.fill == "volume" else 2, bins, _beside(shape.center, shape.radius))
 
 
 def _box(shape, bins: int) -> Cells:
     """Filled, each coordinate is uniform; on its surface a face has its share by area, and is cut into squares."""
     size = np.array(shape.size, float)
+    beside = _beside(shape.center, size)
 
     def coordinates(x: np.ndarray) -> list[np.ndarray]:
         return list(((x - np.array(shape.center)) / size + 0.5).T)
 
     if shape.fill == "volume":
-        return even(coordinates, 3, bins)
+        return even(coordinates, 3, bins, beside)
     side = max(1, int(np.sqrt(bins)))
     areas = np.array([size[1] * size[2], size[2] * size[0], size[0] * size[1]])
     shares = np.repeat(np.repeat(areas / areas.sum() / 2.0, 2), side * side) / side**2
@@ -109,8 +116,8 @@ def _box(shape, bins: int) -> Cells:
         axis = np.argmax(np.abs(u - 0.5), axis=1)
         face = 2 * axis + (u[np.arange(len(u)), axis] > 0.5)
         others = np.take_along_axis(u, np.stack([(axis + 1) % 3, (axis + 2) % 3], axis=1), axis=1)
-        first, second = binned(others[:, 0], side), binned(others[:, 1], side)
-        inside = (first >= 0) & (second >= 0) & (np.abs(u - 0.5).max(axis=1) <= 0.5 + BESIDE)
+        first, second = binned(others[:, 0], side, beside), binned(others[:, 1], side, beside)
+        inside = (first >= 0) & (second >= 0) & (np.abs(u - 0.5).max(axis=1) <= 0.5 + beside)
         return [np.where(inside, face * side * side + first * side + second, -1)]
 
     return Cells([shares], number)

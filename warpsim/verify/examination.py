@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from warpsim.environment import Environment
 from warpsim.probes import FlowProbe
 from warpsim.simulation import Simulation, UnstableError
@@ -46,7 +48,8 @@ def verify_scene(scene, device: str, threads: int | None = None, built: Callable
             remark = f"unstable: {blown_up[measurer]}"
             findings[k] = Finding(name, oracle.type, "unmeasured", remark=remark, reason=oracle.reason)
         else:
-            findings[k] = judged(name, oracle, measurer.reading())
+            with np.errstate(all="ignore"):  # what is not a number fails, without a word from NumPy
+                findings[k] = judged(name, oracle, measurer.reading())
     return [findings[k] for k in sorted(findings)]
 
 

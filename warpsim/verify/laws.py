@@ -106,6 +106,13 @@ def potential_energy(x: np.ndarray, m: np.ndarray, g: np.ndarray, forces, time: 
 
 def orbit_period(body: Body, center, time: float) -> float:
     """Return the time of one turn [s]: about an attractor by its law, of a tracer about a vortex or a rotation; nan without a law."""
+    try:
+        return _period(body, center, time)
+    except (ValueError, ZeroDivisionError):  # repelled, not held at all, or in the very center
+        return math.nan
+
+
+def _period(body: Body, center, time: float) -> float:
     r = body.x - np.array(center.center, float)
     if center.type == "attractor":
         return _period_of_attraction(center.law, value_at(center.strength, time), r, body, center.softening)
@@ -160,6 +167,8 @@ def height_after(start: tuple[float, float, float], restitution: float, t: float
     restitution's part of the speed.
     """
     height, speed, g = start
+    if height < 0.0:
+        return math.nan, 0
     top = height + speed * speed / (2.0 * g)
     impact, landing = math.sqrt(2.0 * g * top), (speed + math.sqrt(speed * speed + 2.0 * g * height)) / g
     bounces = 0

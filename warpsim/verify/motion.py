@@ -14,6 +14,7 @@ from warpsim.verify.findings import Reading
 from warpsim.verify.measurers import Frames, StoryMeasurer, gone
 
 LIFETIME = 1e6  # [s]: a test particle does not die
+LONGEST = 1e5  # [s]: of an orbit that is waited for
 
 
 class ParticleMeasurer(StoryMeasurer):
@@ -31,7 +32,8 @@ class ParticleMeasurer(StoryMeasurer):
         """Return the system of the test particle: the oracle's, with one birth."""
         body = self.body
         speed = float(np.linalg.norm(body.v))
-        velocity = Velocity(direction=tuple(body.v), speed=Distribution(mean=speed)) if speed else None
+        pace = Distribution.model_construct(mean=speed, spread=0.0, law="uniform")  # a vector may be longer than its components may
+        velocity = Velocity(direction=tuple(body.v), speed=pace) if speed > 1e-9 else None
         mass, radius = Distribution(mean=body.m), Distribution(mean=body.radius)
         bursts = (Burst(count=1, at=self.oracle.release),)
         shape, life = Point(center=tuple(body.x)), Distribution(mean=LIFETIME)
@@ -111,11 +113,11 @@ class OrbitMeasurer(ParticleMeasurer):
         self._before: tuple[float, float, float] | None = None  # angle, rate and time at the last frame
         self._place: np.ndarray | None = None
         self.period = math.nan
-        self.remark = "" if math.isfinite(self.expected) else "this orbit has no closed law: say what to expect"
+        self.remark = "" if 0.0 < self.expected < LONGEST else "this orbit has no closed law, or no end: say what to expect"
 
     @property
     def frames(self) -> Frames:
-        seconds = self.MOST_TIMES * self.oracle.turns * self.expected if math.isfinite(self.expected) else 0.0
+        seconds = self.MOST_TIMES * self.oracle.turns * self.expected if not self.remark else 0.0
         first = math.ceil(self.oracle.release * self.scene.time.fps)
         return Frames(throughout=(first, first + math.ceil(seconds * self.scene.time.fps) + 1))
 

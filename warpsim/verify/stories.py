@@ -1,5 +1,7 @@
 """The scenes that are played so that oracles can measure: the scene itself, test particles in its surroundings, one emitter alone."""
 
+import numpy as np
+
 from warpsim.scene.emitters import Burst, Distribution
 from warpsim.scene.oracles import entry_of
 from warpsim.scene.particles import Feels
@@ -46,7 +48,8 @@ def play(simulation, measurers) -> None:
     while waiting:
         for measurer in waiting:
             if simulation.index in measurer.frames:
-                measurer.look(simulation)
+                with np.errstate(all="ignore"):
+                    measurer.look(simulation)
         waiting = [each for each in waiting if each.frames.last > simulation.index and not each.satisfied]
         if waiting:
             simulation.step_frame()
