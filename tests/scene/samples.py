@@ -36,6 +36,7 @@ obstacles:
 forces:
   - {name: sun, type: attractor, center: [0, 2, 0], strength: 1.5}
   - {type: attractor, center: [3, 2, 0], strength: 2, law: inverse_square, softening: 0.05}
+  - {name: dust, type: pairwise, law: cosine, strength: {keyframes: [[0, 0], [1, -1e-3]]}, radius: 0.1, softening: 0.01}
 systems:
   sparks:
     type: particles
