@@ -126,25 +126,25 @@ def careful_kernels(name: str, advance):
     @wp.kernel(name=f"advance_{name}_carefully", module=f"warpsim.kernels.adaptive.{name}", enable_backward=False)
     def advance_particles(
         first: int,
-        care: Care,
+        care: wp.array[Care],
         pace: Pace,
         clock: wp.array[wp.int64],
         environment: wp.array[Environment],
         particles_inout: Particles,
         counters_inout: wp.array[wp.int64],
     ):
-        """Advance every active particle through the frame."""
+        """Advance every active particle through the frame; what is asked of it is one row, so that it can change."""
         i = first + wp.tid()
         if wp.int64(i) < counters_inout[ACTIVE]:
             frame = int(clock[0])
-            body = advance(i, frame, care, pace, environment[0], particles_inout, counters_inout)
+            body = advance(i, frame, care[0], pace, environment[0], particles_inout, counters_inout)
             store_body(i, frame, body, pace, environment[0], particles_inout, counters_inout)
 
     @wp.kernel(name=f"advance_{name}_carefully_loop", module=f"warpsim.kernels.adaptive.{name}_loop", enable_backward=False)
     def advance_part(
         part: int,
         part_count: int,
-        care: Care,
+        care: wp.array[Care],
         pace: Pace,
         clock: wp.array[wp.int64],
         environment: wp.array[Environment],
@@ -155,7 +155,7 @@ def careful_kernels(name: str, advance):
         cut = share(part + wp.tid(), part_count, int(counters_inout[ACTIVE]))
         frame = int(clock[0])
         for i in range(cut[0], cut[1]):
-            body = advance(i, frame, care, pace, environment[0], particles_inout, counters_inout)
+            body = advance(i, frame, care[0], pace, environment[0], particles_inout, counters_inout)
             store_body(i, frame, body, pace, environment[0], particles_inout, counters_inout)
 
     return advance_particles, advance_part

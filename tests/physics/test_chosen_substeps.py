@@ -85,6 +85,20 @@ def test_whom_the_most_substeps_do_not_suffice_is_counted():
     assert sim.statistics()["p"]["inexact"] < 3, "going back forgets what has not happened yet"
 
 
+def test_the_tolerance_may_change_while_it_runs():
+    """A slider on it: from then on the run is another one, and again the same when it is told to go back and come again."""
+    sim, strict = comet(1e-4), comet(1e-6)
+    sim.run(0.5)
+    sim.change("systems.p.tolerance", 1e-6)
+    sim.run(0.7)
+    strict.run(1.2)
+    chosen, expected = (each.statistics()["p"]["substeps"] for each in (sim, strict))
+    before = sim.state_hash()
+    sim.seek(10)
+    sim.seek(72)
+    assert sim.state_hash() == before and chosen > 1.0 and abs(np.log2(chosen / expected)) <= 1.0
+
+
 def test_free_flight_needs_one_substep():
     """A parabola is exact: nothing to refine."""
     sim = simulate(start((0, 1, 0), (2, 6, 0)), gravity=(0, -9.81, 0), solver="abm_pece_2", substeps="auto", tolerance=1e-6)

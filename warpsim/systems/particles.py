@@ -36,12 +36,12 @@ def method_of(spec) -> type[Integrator]:
     return SECOND_ORDER_FORM[spec.solver or "semi_implicit_euler"]
 
 
-def care_of(spec) -> adaptive.Care:
-    """Return what a system asks of substeps that its particles choose themselves."""
+def care_of(spec, device: str) -> wp.array:
+    """Return what a system asks of substeps that its particles choose themselves, one row."""
     care = adaptive.Care()
     care.tolerance = spec.tolerance or TOLERANCE
     care.finest = (spec.max_substeps or MOST_SUBSTEPS).bit_length() - 1
-    return care
+    return wp.array([care], dtype=adaptive.Care, device=device)
 
 
 def history_fields(method: type[Integrator], chooses: bool) -> dict[str, Field]:
@@ -65,7 +65,7 @@ class Particles:
         self.name, self.spec, self._clock, self._fps = name, spec, clock, scene.time.fps
         self.method = method_of(spec)
         count = substep_count(spec, scene.time)
-        self.care = care_of(spec) if is_adaptive(spec, scene.time) else None
+        self.care = care_of(spec, environment.device) if is_adaptive(spec, scene.time) else None
         self.finer = "substeps" if self.care is None else "max_substeps"  # key that makes its steps shorter
         ballistic = self.method is Ballistic
         heard = events_of(name, scene.systems)
@@ -134,6 +134,8 @@ class Particles:
     def change(self, spec, scene: Scene, environment: Environment) -> None:
         """Take the numbers of another spec of the same structure, in place; the environment has changed already."""
         self.spec = spec
+        if self.care is not None:
+            self.care.assign(care_of(spec, environment.device))
         self.surroundings.change(*environment.felt(spec.feels, spec.coupling))
         if self.pairs is not None:
             self.pairs.change(environment.laws(spec.feels))
