@@ -100,6 +100,8 @@ def _arrays_of(path: Path) -> tuple[np.ndarray, np.ndarray]:
     except ImportError:
         raise UnusableMesh("reading meshes needs trimesh: pip install 'warpsim[mesh]'") from None
     content = path.read_bytes()
+    if kind == "obj":  # names and comments may be of any encoding; what counts is ASCII
+        content = content.decode("utf-8", "replace").encode()
     try:
         # From memory, so that a file can name no other file; without processing, because what is mended here is counted.
         loaded = trimesh.load(io.BytesIO(content), file_type=kind, process=False, force="mesh", skip_materials=True)

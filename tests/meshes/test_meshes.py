@@ -26,6 +26,13 @@ def test_the_same_box_from_every_format(kind, tmp_path):
     assert [list(corner) for corner in mesh.bounds] == [[-2, -3, -4], [2, 3, 4]]
 
 
+def test_comments_of_any_encoding_are_read_over(tmp_path):
+    path = tmp_path / "box.obj"
+    trimesh.creation.box().export(path)
+    path.write_bytes("# créé par un logiciel\n".encode("latin-1") + path.read_bytes())
+    assert load_mesh(path, "colliders.0.file").closed
+
+
 def test_wrong_winding_is_mended_and_counted():
     ball = trimesh.creation.icosphere(2)
     faces = np.array(ball.faces)

@@ -1,5 +1,6 @@
 """converge: errors against step for every method, and the orders that they show."""
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -29,12 +30,16 @@ def converge(
     from warpsim.cli.scenes import found
 
     draw = _pen(plot) if plot else None
+    from warpsim.cli.progress import PlainLines
     from warpsim.convergence import study
+    from warpsim.runner import built, ready_device
     from warpsim.scene import load_scene
 
     loaded = load_scene(found(scene), overrides=tuple(changes or ()))
+    audience = PlainLines(sys.stderr)
+    ready_device("cpu", audience)
     try:
-        result = study(loaded, system, solver, steps, rungs)
+        result = built(lambda: study(loaded, system, solver, steps, rungs), audience)
     except ValueError as error:
         raise Failure(Exit.USAGE, str(error)) from None
     if draw:
