@@ -83,31 +83,41 @@ def finite(x: wp.vec3) -> int:
 
 
 @wp.kernel(enable_backward=False)
-def mark_keys(
-    first: int, beyond: int, counters: wp.array[wp.int64], bucket: wp.array[int], key_out: wp.array[int], order_out: wp.array[int]
-):
-    """Prepare the device's own stable sort: the key of a slot is its bucket, `beyond` all of them if it is empty."""
-    i = first + wp.tid()
-    key_out[i] = wp.where(wp.int64(i) < counters[ACTIVE], bucket[i], beyond)
-    order_out[i] = i
+def clear_tallies(first: int, tally_out: wp.array[int]):
+    """Begin to count: nobody is in any bucket yet."""
+    tally_out[first + wp.tid()] = 0
 
 
 @wp.kernel(enable_backward=False)
-def scan_keys(first: int, counters: wp.array[wp.int64], key: wp.array[int], grid_out: Grid):
-    """Find where each bucket begins in the sorted keys, by bisection."""
-    bucket = first + wp.tid()
+def mark_arrivals(first: int, counters: wp.array[wp.int64], bucket: wp.array[int], tally_inout: wp.array[int], arrival_out: wp.array[int]):
+    """Count the members of every bucket; in which order they arrive is chance, and nothing depends on it in the end."""
+    i = first + wp.tid()
+    if wp.int64(i) < counters[ACTIVE]:
+        arrival_out[i] = wp.atomic_add(tally_inout, bucket[i], 1)
+
+
+@wp.kernel(enable_backward=False)
+def scatter_arrivals(first: int, counters: wp.array[wp.int64], grid: Grid, arrival: wp.array[int], loose_out: wp.array[int]):
+    """Put every slot into its bucket, as it arrived."""
+    i = first + wp.tid()
+    if wp.int64(i) < counters[ACTIVE]:
+        loose_out[grid.begin[grid.bucket[i]] + arrival[i]] = i
+
+
+@wp.kernel(enable_backward=False)
+def scatter_in_order(first: int, counters: wp.array[wp.int64], loose: wp.array[int], grid_out: Grid):
+    """Give every slot its place among the members of its bucket, by counting those before it; of no use where nobody is near."""
+    k = first + wp.tid()
     active = int(counters[ACTIVE])
-    layout = layout_for(grid_out, active)
-    if bucket <= int(layout.mask) + 2:
-        low = int(0)
-        high = int(active)
-        while low < high:
-            middle = (low + high) >> 1
-            if key[middle] < bucket:
-                low = middle + 1
-            else:
-                high = middle
-        grid_out.begin[bucket] = low
+    if k < active:
+        slot = loose[k]
+        bucket = grid_out.bucket[slot]
+        place = int(k)
+        if bucket <= int(layout_for(grid_out, active).mask):
+            place = grid_out.begin[bucket]
+            for j in range(grid_out.begin[bucket], grid_out.begin[bucket + 1]):
+                place = place + wp.where(loose[j] < slot, 1, 0)
+        grid_out.order[place] = slot
 
 
 @wp.kernel(enable_backward=False)

@@ -25,12 +25,11 @@ class Neighbors:
     def __init__(self, population: Population, reach: float):
         device, capacity = population.device, population.capacity
         self.population, self._bits = population, bits_for(capacity)
-        self._on_cpu = wp.get_device(device).is_cpu
         self.grid = grid.Grid()
         self.grid.edges = wp.zeros(1, dtype=wp.float64, device=device)
         self.grid.strides = wp.array(list(grid.STRIDES), dtype=wp.vec2ui, device=device)
         self.grid.bucket = wp.zeros(capacity, dtype=int, device=device)
-        self.grid.order = wp.zeros(2 * capacity, dtype=int, device=device)  # the second half is what a device's own sort works in
+        self.grid.order = wp.zeros(capacity, dtype=int, device=device)
         self.grid.begin = wp.zeros((1 << self._bits) + 2, dtype=int, device=device)
         self.sorted = wp.zeros((3, capacity), dtype=float, device=device)
         self.change(reach)
@@ -48,7 +47,7 @@ class Neighbors:
         if native:
             yield from self._passes()
         else:
-            yield from self._device_sort()
+            yield from self._counting_sort()
         inputs = (counters, self.grid, self.population.field("position"), self.sorted)
         yield Stage("neighbors", grid.gather_rows, capacity, inputs, grid_loops.gather_rows)
 
@@ -60,10 +59,14 @@ class Neighbors:
         for loop in (grid_loops.tally_groups, grid_loops.scatter_groups, grid_loops.sort_groups):
             yield Stage("neighbors", loop, capacity, (counters, self.grid, sorting), loop)
 
-    def _device_sort(self) -> Iterator[Stage]:
-        counters, capacity, order = self.population.counters, self.population.capacity, self.grid.order
-        key = wp.zeros(2 * capacity, dtype=int, device=self.population.device)
-        beyond = (1 << self._bits + 1) - 1
-        yield Stage("neighbors", grid.mark_keys, capacity, (beyond, counters, self.grid.bucket, key, order))
-        yield Stage("neighbors", launch=lambda: wp.utils.radix_sort_pairs(key, order, capacity, 0, self._bits + 1))
-        yield Stage("neighbors", grid.scan_keys, (1 << self._bits) + 2, (counters, key, self.grid))
+    def _counting_sort(self) -> Iterator[Stage]:
+        """Yield a sort of plain kernels and a scan: Warp's own keeps a buffer that a captured graph may outlive."""
+        counters, capacity, device = self.population.counters, self.population.capacity, self.population.device
+        tally, arrival, loose = wp.zeros_like(self.grid.begin), wp.zeros_like(self.grid.bucket), wp.zeros_like(self.grid.bucket)
+        arrivals = [0, counters, self.grid.bucket, tally, arrival]
+        yield Stage("neighbors", grid.clear_tallies, len(tally), (tally,))
+        # As one call, because the atomics of a CPU's plain kernels are none between threads.
+        yield Stage("neighbors", launch=lambda: wp.launch(grid.mark_arrivals, capacity, arrivals, device=device))
+        yield Stage("neighbors", launch=lambda: wp.utils.array_scan(tally, self.grid.begin, inclusive=False))
+        yield Stage("neighbors", grid.scatter_arrivals, capacity, (counters, self.grid, arrival, loose))
+        yield Stage("neighbors", grid.scatter_in_order, capacity, (counters, loose, self.grid))
