@@ -39,6 +39,12 @@ class SceneFile:
         self.scene = load_scene(self.path, overrides=self._changes, seed=self._seed)
         return self.scene
 
+    def placing(self):
+        """Return a context in which mistakes found while the scene is built get their places in the file."""
+        from warpsim.scene.placing import placed_in
+
+        return placed_in(self.path, self._changes)
+
     def edited(self) -> bool:
         """Return whether the file has a new version that loads, and load it. What is wrong with one that does not is noted, once."""
         if time.monotonic() - self._looked_at < WATCH_PERIOD:

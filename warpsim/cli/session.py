@@ -20,11 +20,14 @@ EXITS = {"done": Exit.OK, "interrupted": Exit.INTERRUPTED, "unstable": Exit.UNST
 def run_session(source: SceneFile, settings: Settings, audience: PlainLines, watch: bool, json: bool) -> Exit:
     """Run the scene, again after every edit if it is watched, and return the exit code."""
     with Interruption() as stop:
-        outcome = _run_once(source.load(), settings, audience, stop)
+        scene = source.load()
+        with source.placing():
+            outcome = _run_once(scene, settings, audience, stop)
         while watch and _edited(outcome, source, audience, stop):
             audience.note("the scene has changed: starting again")
             try:
-                outcome = _run_once(source.scene, settings, audience, stop)
+                with source.placing():
+                    outcome = _run_once(source.scene, settings, audience, stop)
             except SceneError as error:  # an edit that reads well but asks for too much memory
                 audience.note(str(error))
                 outcome = None

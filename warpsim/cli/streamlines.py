@@ -42,9 +42,11 @@ def streamlines(
     if lines > MOST_POINTS:
         raise Failure(Exit.USAGE, f"{lines} points are too many: at most {MOST_POINTS} (--count times --steps)")
     from warpsim.scene import load_scene
+    from warpsim.scene.placing import placed_in
 
     loaded = load_scene(found(scene), overrides=overrides or [])
-    made = _lines(loaded, points, count, length, steps, time, device)
+    with placed_in(found(scene), overrides or []):
+        made = _lines(loaded, points, count, length, steps, time, device)
     from warpsim.streamlines import write_lines
 
     write_lines(out, made)

@@ -46,12 +46,14 @@ def verify(
 def _examined(text, path, overrides, seed, device, threads, audience) -> dict:
     """Return what there is to tell of one scene."""
     from warpsim.scene import SceneError, load_scene
+    from warpsim.scene.placing import placed_in
 
     result = {"scene": text, "outcome": "bad scene", "findings": [], "error": None}
     try:
         scene = load_scene(path, overrides=overrides, seed=seed)
         if scene.verify:
-            result["findings"] = _findings(scene, device, threads, audience)
+            with placed_in(path, overrides):
+                result["findings"] = _findings(scene, device, threads, audience)
         verdicts = {finding.verdict for finding in result["findings"]}
         worst = {"unmeasured": "unstable", "fail": "failed", "pass": "passed"}
         return result | {"outcome": next((word for verdict, word in worst.items() if verdict in verdicts), "empty")}
