@@ -144,3 +144,36 @@ def test_a_held_frame_is_not_taken_for_its_moment_in_another_story():
 def test_there_is_nothing_before_the_first_frame():
     with pytest.raises(ValueError, match="the first is 0"):
         Simulation(scene(), device="cpu").seek(-1)
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ("flow.ring.radius", 0.7),
+        ("flow.ring.travel.1", 0.5),
+        ("flow.ring.core.radius", 0.2),
+        ("flow.side.start", [0.1, 0.2, 0.3]),
+        ("flow.side.travel", [1, 0, 0]),
+        ("flow.gusts.length", 0.4),
+        ("flow.gusts.amplitude", 1.5),
+        ("flow.gusts.frequency", 3.0),
+        ("flow.formula.travel.0", 0.3),
+    ],
+)
+def test_vortices_noises_and_formulas_change_like_scenes_built_with_it(path, value):
+    flow = [
+        {"name": "ring", "type": "vortex_ring", "radius": 1.0, "circulation": 1.0, "core": {"model": "scully", "radius": 0.1}},
+        {"name": "side", "type": "vortex_segment", "start": [0, 0, 0], "end": [1, 1, 0], "circulation": 1.0},
+        {"name": "gusts", "type": "curl_noise", "amplitude": 1.0, "length": 0.8, "frequency": 1.0, "octaves": 3},
+        {"name": "formula", "type": "expression", "velocity": ["-y", "x*t", "0.1"]},
+    ]
+    document = scene({"coupling": "tracer"}, burst(), gravity=[0, 0, 0], flow=flow)
+    sim, other = (Simulation(document, device="cpu", threads=1) for _ in range(2))
+    sim.change(path, value)
+    built = Simulation(sim.scene, device="cpu", threads=1)
+    for each in (sim, other, built):
+        each.run(0.2)
+    assert sim.state_hash() == built.state_hash() != other.state_hash()
+    for fixed, unlike in (("flow.gusts.octaves", 2), ("flow.gusts.seed", 1), ("flow.formula.velocity.0", "y")):
+        with pytest.raises(FixedField):
+            sim.change(fixed, unlike)

@@ -115,8 +115,8 @@ def _expressions() -> str:
     return f"""## Expressions
 
 `{{expression: "2 + sin(2*pi*t)"}}`: numbers, `t` in seconds, `pi`, `e`, `+ - * /`, parentheses, the functions below, and `^` (or `**`),
-which binds tightest and to the right, so that `-t^2` is `-(t^2)`. At most {LONGEST_PROGRAM} numbers, names and operations, of which at most
-{DEEPEST_STACK} wait for their operation.
+which binds tightest and to the right, so that `-t^2` is `-(t^2)`. In the `velocity` of a flow of type `expression` also `x`, `y` and `z` in
+meters. At most {LONGEST_PROGRAM} numbers, names and operations, of which at most {DEEPEST_STACK} wait for their operation.
 
 | function | value |
 |---|---|
