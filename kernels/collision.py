@@ -23,7 +23,6 @@ from warpsim.kernels.collider import (
 )
 from warpsim.kernels.contact import (
     NEVER,
-    Gap,
     Touch,
     along,
     measure_clearance,
@@ -137,6 +136,17 @@ def approaches(
 
 
 @wp.func
+def lift_off(c: Collider, pose: Pose, x: wp.vec3, newborn: int) -> wp.vec3:
+    """Return a point put half a skin before the triangles that it is too near to: a ray from it could begin behind one of them."""
+    skin = skin_of(c, x)
+    for _corner in range(2):  # between two triangles it takes both
+        gap = measure_mesh_gap(c, into_frame(pose.center, pose.rotation, x), skin, newborn)
+        if gap.g < 0.25 * skin:
+            x = x + wp.quat_rotate(pose.rotation, gap.n * (0.5 * skin - gap.g))
+    return x
+
+
+@wp.func
 def fly(f: Flight, touch: Touch, c: Collider, pose: Pose) -> Flight:
     """Return the flight from its touch on; a touch at once leaves the place to the bit."""
     f.v = f.v + f.b * touch.t
@@ -145,6 +155,8 @@ def fly(f: Flight, touch: Touch, c: Collider, pose: Pose) -> Flight:
         f.x = f.x + wp.quat_rotate(pose.rotation, touch.way)
     elif touch.t > 0.0:
         f.x = out_of_frame(pose, touch.q)
+    if c.kind == MESH and touch.t > 0.0:
+        f.x = lift_off(c, pose, f.x, 0)
     return f
 
 
@@ -173,24 +185,22 @@ def resolve_touch(
 
 @wp.func
 def push_out(colliders: wp.array2d[Collider], span: Span, x: wp.vec3, newborn: int) -> wp.vec4:
-    """Return where a point is that began inside a collider: on the nearest surface; and 1 if that is elsewhere."""
+    """Return where a point is that begins inside a collider: on the nearest surface; and 1 if that is more than what rounding does."""
     moved = float(0.0)
     for k in range(colliders.shape[1]):
         c = colliders[span.moment, k]
         pose = pose_after(colliders, span, k, 0.0)
         skin = skin_of(c, x)
-        q = into_frame(pose.center, pose.rotation, x)
-        if c.kind != MESH:
-            gap = measure_gap(c, q)
-        elif newborn == 1:
-            gap = measure_mesh_gap(c, q)
+        if c.kind == MESH:
+            free = lift_off(c, pose, x, newborn)
         else:
-            gap = Gap()
-        least = wp.where(newborn == 1, 0.5 * skin, -skin)
-        if gap.g < least:
-            x = x + wp.quat_rotate(pose.rotation, gap.n * (0.5 * skin - gap.g))
-            if gap.g < -skin:
-                moved = 1.0
+            gap = measure_gap(c, into_frame(pose.center, pose.rotation, x))
+            free = x
+            if gap.g < wp.where(newborn == 1, 0.5 * skin, -skin):
+                free = x + wp.quat_rotate(pose.rotation, gap.n * (0.5 * skin - gap.g))
+        if wp.length(free - x) > 2.0 * skin:
+            moved = 1.0
+        x = free
     return wp.vec4(x[0], x[1], x[2], moved)
 
 

@@ -208,20 +208,23 @@ def measure_gap(c: Collider, q: wp.vec3) -> Gap:
 
 
 @wp.func
-def measure_mesh_gap(c: Collider, q: wp.vec3) -> Gap:
-    """Return the gap and the normal at the nearest point of a solid mesh; a sheet has nothing inside."""
+def measure_mesh_gap(c: Collider, q: wp.vec3, skin: float, newborn: int) -> Gap:
+    """Return the gap and the normal at the nearest triangle within the skin; of a newborn's also from deep inside a solid."""
     gap = Gap()
-    if c.radius > 0.0:
-        return gap
     gap.g = NEVER
-    near = wp.mesh_query_point_sign_parity(c.mesh, q, NEVER)
+    near = wp.mesh_query_point_no_sign(c.mesh, q, c.radius + skin)
     if near.result:
         d = q - wp.mesh_eval_position(c.mesh, near.face, near.u, near.v)
-        solid = wp.where(c.inside == 1, 1.0, -1.0)  # sign: negative inside
-        gap.g = wp.length(d)
-        gap.n = wp.mesh_eval_face_normal(c.mesh, near.face) * -solid
-        if near.sign * solid > 0.0:
-            gap.g = -gap.g
+        gap.n = wp.mesh_eval_face_normal(c.mesh, near.face)
+        if c.inside == 1 or (c.radius > 0.0 and wp.dot(gap.n, d) < 0.0):  # a sheet's free side is the one where the point is
+            gap.n = -gap.n
+        gap.g = wp.dot(gap.n, d) - c.radius
+    elif newborn == 1 and c.radius == 0.0:
+        deep = wp.mesh_query_point_sign_parity(c.mesh, q, NEVER)
+        if deep.result and (deep.sign < 0.0) != (c.inside == 1):
+            d = q - wp.mesh_eval_position(c.mesh, deep.face, deep.u, deep.v)
+            gap.g = -wp.length(d)
+            gap.n = d / gap.g
     return gap
 
 
