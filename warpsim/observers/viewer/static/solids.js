@@ -17,8 +17,10 @@ class Solids {
     const geometry = Solids.geometry(command, reach), plane = command.shape === "plane";
     if (command.glass && !plane) {
       // The far wall behind the particles, the near one before them.
-      group.add(Solids.mesh(geometry, Solids.material(scene.sky, "glass", T.BackSide, reach), -1));
-      group.add(Solids.mesh(geometry, Solids.material(scene.sky, "glass", T.FrontSide, reach), 3));
+      const pane = command.shape === "box" ? "pane" : "glass";
+      group.add(Solids.mesh(geometry, Solids.material(scene.sky, pane, T.BackSide, reach), -1));
+      group.add(Solids.mesh(geometry, Solids.material(scene.sky, pane, T.FrontSide, reach), 3));
+      if (pane === "pane") group.add(Solids.edges(geometry, scene.sky));
     } else {
       group.add(Solids.mesh(geometry, Solids.material(scene.sky, plane ? "plane" : "matte", T.DoubleSide, reach), plane ? -1 : 0));
     }
@@ -66,17 +68,24 @@ class Solids {
     return ready;
   }
 
+  static edges(geometry, sky) {
+    const T = MeshCat.THREE, color = new T.Color().fromArray(Solids.RIM[sky]);
+    const lines = new T.LineSegments(new T.EdgesGeometry(geometry), new T.LineBasicMaterial({ color, transparent: true, opacity: 0.6 }));
+    lines.frustumCulled = false;
+    return lines;
+  }
+
   static material(sky, look, side, reach) {
-    const T = MeshCat.THREE;
-    const color = { night: [0.17, 0.20, 0.26], dusk: [0.44, 0.50, 0.58], day: [0.80, 0.78, 0.74] }[sky];
-    const rim = { night: [0.38, 0.47, 0.62], dusk: [0.86, 0.91, 0.97], day: [0.42, 0.47, 0.53] }[sky];
-    const solid = look === "matte", uniforms = { color: { value: color }, rim: { value: rim }, reach: { value: 12 * reach } };
+    const T = MeshCat.THREE, solid = look === "matte";
+    const uniforms = { color: { value: Solids.COLOR[sky] }, rim: { value: Solids.RIM[sky] }, reach: { value: 12 * reach } };
     return new T.ShaderMaterial({
       uniforms, side, transparent: !solid, depthWrite: solid, vertexShader: Solids.VERTEX, fragmentShader: Solids.LOOKS[look],
     });
   }
 }
 
+Solids.COLOR = { night: [0.17, 0.20, 0.26], dusk: [0.44, 0.50, 0.58], day: [0.80, 0.78, 0.74] };
+Solids.RIM = { night: [0.38, 0.47, 0.62], dusk: [0.86, 0.91, 0.97], day: [0.42, 0.47, 0.53] };
 Solids.VERTEX = `
   varying vec3 facing, toward, own;
   void main() {
@@ -110,6 +119,11 @@ Solids.LOOKS = {
       float shine = pow(max(dot(reflect(-sun(), n * sign(dot(n, eye))), eye), 0.0), 60.0);
       float cover = 0.05 + 0.5 * edge + 0.25 * shine;
       gl_FragColor = vec4(rim + 0.4 * shine, cover);
+    }`,
+  pane: `${Solids.HEAD}
+    void main() {
+      float across = abs(dot(normalize(facing), normalize(toward)));
+      gl_FragColor = vec4(rim, 0.04 + 0.10 * (1.0 - across));
     }`,
   plane: `${Solids.HEAD}
     void main() {
