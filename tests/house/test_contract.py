@@ -15,16 +15,18 @@ from warpsim import SceneError, Simulation, load_scene
 from warpsim.images import IMAGES
 from warpsim.integrators import FIRST_ORDER_FORM, SECOND_ORDER_FORM
 from warpsim.kernels.birth import SHAPES
+from warpsim.kernels.contact import CLEARANCES
 from warpsim.kernels.flow import FLOWS
 from warpsim.kernels.forces import FORCES
 from warpsim.kernels.pairwise import PAIR_LAWS
-from warpsim.scene import emitters, flow, forces, json_schema, load_text, obstacles, shipped_scenes
+from warpsim.scene import colliders, emitters, flow, forces, json_schema, load_text, obstacles, shipped_scenes
 
 FAMILIES = {  # spec's base class -> the registry of formulas in kernels/
     flow.FlowPrimitive: FLOWS,
     forces.Force: FORCES | {"pairwise": PAIR_LAWS},
     emitters.EmitterShape: SHAPES,
     obstacles.Obstacle: IMAGES,
+    colliders.Collider: CLEARANCES,
 }
 KINDS = [(base, spec.model_fields["type"].default) for base in FAMILIES for spec in base.__subclasses__()]
 SCENES = {name: yaml.safe_load(path.read_text()) for name, path in shipped_scenes().items()}

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.meshes import hourglass
 from warpsim import SceneError
 from warpsim.meshes import KINDS, load_mesh, surface
 
@@ -99,3 +100,12 @@ def test_without_trimesh_the_error_says_what_to_install(tmp_path, monkeypatch):
     (tmp_path / "box.obj").write_bytes(b"v 0 0 0\n")
     with pytest.raises(SceneError, match=r"pip install 'warpsim\[mesh\]'"):
         load_mesh(tmp_path / "box.obj", "colliders.0.file")
+
+
+def test_the_hourglass_is_what_its_script_makes():
+    """The sines of another C library may differ in their last digit."""
+    made = surface(*map(np.array, hourglass.hourglass()))
+    shipped = load_mesh(hourglass.PLACE, "colliders.0.file")
+    np.testing.assert_array_equal(shipped.triangles.shape, made.triangles.shape)
+    np.testing.assert_allclose(np.sort(shipped.vertices, axis=0), np.sort(made.vertices, axis=0), atol=1e-6)
+    assert shipped.closed and shipped.turned == shipped.dropped == 0

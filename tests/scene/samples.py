@@ -37,6 +37,12 @@ forces:
   - {name: sun, type: attractor, center: [0, 2, 0], strength: 1.5}
   - {type: attractor, center: [3, 2, 0], strength: 2, law: inverse_square, softening: 0.05}
   - {name: dust, type: pairwise, law: cosine, strength: {keyframes: [[0, 0], [1, -1e-3]]}, radius: 0.1, softening: 0.01}
+colliders:
+  - {name: ground, type: plane, center: [0, -1, 0], normal: [0, 1, 0.1], restitution: 0.3, friction: 0.4, action: bounce}
+  - {center: [0, 1, 0], radius: 4, type: "sphere", side: inside, motion: {center: [0, {sine: {amplitude: 0.2, period: 2}}, 0]}}
+  - {type: box, size: [0.2, 0.3, 0.4], rotation: [10, 20, 30], motion: {rotation: {keyframes: [[0, [0, 0, 0]], [2, [0, 90, 0]]]}}}
+  - {type: capsule, start: [1, 1, 1], end: [1, 2, 1], radius: 0.1, action: kill, side: outside}
+  - {type: mesh, file: meshes/knot.obj, center: [5, 0, 0], scale: 0.2, thickness: 0.01, action: stick}
 systems:
   sparks:
     type: particles
@@ -44,7 +50,7 @@ systems:
     substeps: 8
     solver: verlet
     coupling: {alpha: 0.02}
-    feels: {gravity: true, flow: [swirl, 0], forces: [sun]}
+    feels: {gravity: true, flow: [swirl, 0], forces: [sun], colliders: [ground, 1]}
     emitters:
       - name: bowl
         shape: {type: disc, center: [0, 0, 0], normal: [0, 1, 0], radius: 0.3, fill: surface}
@@ -73,7 +79,7 @@ systems:
   stones:
     type: particles
     motion: ballistic
-    feels: {forces: false}
+    feels: {forces: false, colliders: false}
     emitters: [{shape: {type: point}, burst: {count: 20}, lifetime: 9, color: ["#f80", [0.5, 0.6, 0.7]]}]
   fog:
     type: particles

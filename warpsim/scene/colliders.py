@@ -93,8 +93,8 @@ class Capsule(Collider):
     """All points within a radius of a segment: a rod with round ends, or a tube that keeps particles inside."""
 
     type: Literal["capsule"] = Field("capsule", description="Kind of collider.")
-    start: Vec3 = Field(description="One end of the segment [m].")
-    end: Vec3 = Field(description="The other [m].")
+    start: Vec3 = Field(description="One end of its segment [m].")
+    end: Vec3 = Field(description="Its other end [m].")
     radius: Size = Field(description="Its radius [m].")
     side: Side = Field("outside", description="Where particles are: outside, or inside it as in a container.")
 
