@@ -158,12 +158,7 @@ WRONG_VALUES = [
     Mistyped("stop: 6", "stop: 0.1", None, "must come after start"),
     Mistyped("tracer\n    solver: rk4", "tracer\n    solver: verlet", None, "euler or rk4", below=1),
     Mistyped("motion: ballistic\n", "motion: ballistic\n    solver: rk4\n", None, "takes no solver", below=1),
-    Mistyped("motion: ballistic\n    feels: {forces: false, ", "motion: ballistic\n    feels: {", None, "the scene has forces"),
-    Mistyped(
-        "motion: ballistic\n    feels: {forces: false, colliders: false}",
-        "motion: ballistic\n    feels: {forces: false}",
-        None,
-        "has colliders",
+    Mistyped("motion: ballistic\n    feels: {forces: false, colliders: false}", "motion: ballistic", None, "the scene has forces"),
     ),
     Mistyped("core: {model: lamb_oseen, radius: 0.1}", "core: {model: lamb_oseen}", None, "needs a radius"),
     Mistyped("core: {model: lamb_oseen, radius: 0.1}", "radius: 0.1", "core.radius"),
