@@ -159,7 +159,6 @@ WRONG_VALUES = [
     Mistyped("tracer\n    solver: rk4", "tracer\n    solver: verlet", None, "euler or rk4", below=1),
     Mistyped("motion: ballistic\n", "motion: ballistic\n    solver: rk4\n", None, "takes no solver", below=1),
     Mistyped("motion: ballistic\n    feels: {forces: false, colliders: false}", "motion: ballistic", None, "the scene has forces"),
-    ),
     Mistyped("core: {model: lamb_oseen, radius: 0.1}", "core: {model: lamb_oseen}", None, "needs a radius"),
     Mistyped("core: {model: lamb_oseen, radius: 0.1}", "radius: 0.1", "core.radius"),
     Mistyped("    look: {as: points", "    fps: 30\n    look: {as: points", None, "belongs to time"),
