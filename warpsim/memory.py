@@ -10,7 +10,7 @@ from warpsim.scene.forces import felt_pairs
 from warpsim.scene.obstacles import answers
 from warpsim.scene.pacing import is_adaptive, substep_count
 from warpsim.scene.particles import MULTISTEP_SOLVERS
-from warpsim.scene.springs import Springs
+from warpsim.scene.springs import Network
 
 BYTES_PER_PARTICLE = 60  # fields (52), flag of the living, and the place in a snapshot's index; a test holds it to the population's own
 BYTES_PER_PRIMITIVE = 384  # one row of a table of flow or forces
@@ -36,7 +36,7 @@ def estimate_memory(scene: Scene) -> int:
         count = substep_count(system, scene.time)
         total += (2 * count + 1) * (flow_row_count(scene) + len(scene.forces)) * BYTES_PER_PRIMITIVE
         total += (2 * count + 2) * len(scene.colliders) * BYTES_PER_COLLIDER
-        if isinstance(system, Springs):
+        if isinstance(system, Network):
             total += network_memory(system)
             continue
         more = (24 if system.motion == "ballistic" else 0) + (12 * system.look.trail.points if system.look.trail else 0)
@@ -62,7 +62,7 @@ def grid_memory(spec, place: int) -> int:
     return 2 * grid_bytes(spec.file.path, f"flow.{place}.file", spec.array)
 
 
-def network_memory(system: Springs) -> int:
+def network_memory(system: Network) -> int:
     """Return the bytes that a network takes on its device, but for its tables; one from a file is guessed by the file's size."""
     size = system.generator.file.path.stat().st_size if system.point_count is None else 0
     points, springs = system.point_count or size // BYTES_PER_VERTEX, system.spring_count or 3 * size // BYTES_PER_VERTEX

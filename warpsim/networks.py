@@ -9,6 +9,7 @@ from warpsim.meshes import load_mesh
 from warpsim.scene import SceneError
 from warpsim.scene.problems import Problem
 
+KINDS = ("structural", "shear", "bend")  # springs of cloth, in their order
 SLICE = 64  # points of a slice of the packed springs; kernels/springs.py has the same
 
 
@@ -29,6 +30,8 @@ def network_of(spec, where: str) -> Net:
 
     Raises SceneError for a mesh that cannot be used, or lists that do not fit it.
     """
+    if spec.type == "cloth":
+        return _cloth(spec)
     if spec.generator is None:
         springs = np.array(spec.springs, np.int32).reshape(-1, 2)
         return Net(np.array(spec.points, float).reshape(-1, 3), springs)
@@ -51,17 +54,41 @@ def _check_lists(spec, net: Net, where: str) -> None:
         raise SceneError(wrong)
 
 
-def rest_lengths(spec, net: Net) -> np.ndarray:
-    """Return the rest length of every spring, float64 (m,) [m]."""
-    if spec.rest_length is not None:
-        return np.broadcast_to(np.array(spec.rest_length, float), len(net.springs))
-    return np.linalg.norm(net.points[net.springs[:, 1]] - net.points[net.springs[:, 0]], axis=1)
+def spring_numbers(spec, net: Net) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return stiffness [N/m], damping [N·s/m] and rest length [m] of every spring, float64 (m,) each."""
+    length = np.linalg.norm(net.points[net.springs[:, 1]] - net.points[net.springs[:, 0]], axis=1)
+    if spec.type == "cloth":
+        nx, ny = spec.resolution
+        structural, shear = (nx - 1) * ny + nx * (ny - 1), 2 * (nx - 1) * (ny - 1)
+        kinds = np.repeat([0, 1, 2], [structural, shear, len(net.springs) - structural - shear])
+        stiffness, damping = (np.array([getattr(getattr(spec, kind), key) for kind in KINDS]) for key in ("stiffness", "damping"))
+        return stiffness[kinds], damping[kinds], length
+    rest = length if spec.rest_length is None else np.array(spec.rest_length, float)
+    return tuple(np.broadcast_to(np.array(value, float), len(net.springs)) for value in (spec.stiffness, spec.damping, rest))
+
+
+def point_masses(spec, net: Net) -> np.ndarray:
+    """Return the mass of every point, float64 (n,) [kg]; of cloth a quarter of each cell round it."""
+    if spec.type == "cloth":
+        nx, ny = spec.resolution
+        cell = np.linalg.norm(np.cross(*(np.array(edge, float) for edge in spec.edges))) / ((nx - 1) * (ny - 1))
+        along, down = (np.where((np.arange(n) == 0) | (np.arange(n) == n - 1), 0.5, 1.0) for n in (nx, ny))
+        return spec.density * cell * np.outer(down, along).reshape(-1)
+    return np.array(np.broadcast_to(np.array(spec.mass, float), len(net.points)))
 
 
 def _chain(spec, where: str) -> Net:
     share = np.linspace(0.0, 1.0, spec.count)[:, None]
     numbers = np.arange(spec.count - 1)
     return Net((1.0 - share) * spec.start + share * spec.end, np.stack([numbers, numbers + 1], axis=1).astype(np.int32))
+
+
+def _cloth(spec) -> Net:
+    """Return a sheet: its springs are structural, shear, then bend."""
+    net = _grid(spec.generator, "")
+    number = np.arange(len(net.points)).reshape(spec.resolution[::-1])
+    bend = [_joined(number, [step]) for axis, step in ((1, (0, 2)), (0, (2, 0))) if number.shape[axis] > 2]
+    return Net(net.points, np.concatenate([net.springs, *bend]), net.triangles)
 
 
 def _ring(spec, where: str) -> Net:

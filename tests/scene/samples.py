@@ -100,6 +100,18 @@ systems:
       - {pins: [2], keyframes: [[0, [0, 0, 0]], [1.5, [0, 0.2, 0.1]]]}
       - {pins: [corners], displacement: [{sine: {amplitude: 0.01, period: 4}}, 0, 0]}
     look: {show: [points, springs, surface], width: 0.003}
+  sail:
+    type: cloth
+    resolution: [6, 4]
+    corner: [0, 2, 0]
+    edges: [[1, 0, 0], [0, -0.8, 0.1]]
+    density: 0.21
+    structural: {stiffness: 55, damping: 0.02}
+    shear: {stiffness: 22}
+    bend: {stiffness: 1, damping: 0.01}
+    drag: 1e-4
+    air: 0.4
+    pins: [left, [5, 0]]
   bridge:
     type: springs
     points: [[0, 0, 0], [0.5, 0, 0], [1, 0, 0]]

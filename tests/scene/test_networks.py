@@ -7,6 +7,9 @@ from warpsim.scene import load_text
 
 HEAD = "name: x\nsystems:\n  s:\n    type: springs\n"
 PAIR = HEAD + "    points: [[0, 0, 0], [1, 0, 0], [2, 0, 0]]\n    springs: [[0, 1], [1, 2]]\n    stiffness: 5\n"
+CLOTH = (
+    "name: x\nsystems:\n  s:\n    type: cloth\n    resolution: [5, 4]\n    edges: [[1, 0, 0], [0, -1, 0]]\n    structural: {stiffness: 9}\n"
+)
 CHAIN = HEAD + "    generator: {type: chain, count: 4, start: [0, 0, 0], end: [1, 0, 0]}\n    stiffness: 5\n"
 
 
@@ -45,6 +48,18 @@ CHAIN = HEAD + "    generator: {type: chain, count: 4, start: [0, 0, 0], end: [1
         (CHAIN.replace("stiffness", "stifness"), 6, "stifness", "stiffness"),
         (CHAIN + "    pins: [4]\n", 7, "there is no point 4", None),
         (CHAIN.replace("    stiffness: 5\n", ""), 4, "stiffness", None),
+        (PAIR + "    pins: [[0, 0]]\n", 8, "here a point is one number", None),
+        (CLOTH + "    pins: [[5, 0]]\n", 8, "i goes to 4 and j to 3", None),
+        (CLOTH + "    pins: [[0, 4]]\n", 8, "i goes to 4 and j to 3", None),
+        (CLOTH + "    pins: [lft]\n", 8, "groups: left, right", "left"),
+        (CLOTH + "    pins: [20]\n", 8, "there is no point 20", None),
+        (CLOTH + "    pins: [left]\n    pin_motion: [{pins: [[1, 0]], keyframes: [[0, [0, 0, 0]]]}]\n", 9, "point 1 is not pinned", None),
+        (CLOTH.replace("[0, -1, 0]", "[2, 0, 0]"), 6, "parallel", None),
+        (CLOTH.replace("[5, 4]", "[1, 4]"), 5, "2", None),
+        (CLOTH + "    drag: 1\n    coupling: {alpha: 1}\n", 8, "either drag or coupling", None),
+        (CLOTH + "    density: 0\n", 8, "1e-09", None),
+        (CLOTH + "    sheer: {stiffness: 1}\n", 8, "sheer", "shear"),
+        (CLOTH.replace("    structural: {stiffness: 9}\n", ""), 4, "structural", None),
         (CHAIN + "    look: {show: [spring]}\n", 7, "spring", "springs"),
     ],
 )

@@ -6,6 +6,7 @@ import yaml
 
 from warpsim.scene.base import ShortSpec, Spec
 from warpsim.scene.camera import Camera
+from warpsim.scene.cloth import Cloth, SpringKind
 from warpsim.scene.colliders import Collider, Course, Motion
 from warpsim.scene.emitters import Burst, Distribution, Emitter, EmitterShape, Rate, Velocity
 from warpsim.scene.expressions import DEEPEST_STACK, FUNCTIONS, LONGEST_PROGRAM
@@ -41,6 +42,7 @@ _PARTS: tuple[tuple[str, str, tuple[type[Spec], ...]], ...] = (
     ("Colliders", "Entries of `colliders`, told apart by `type`.", (Collider, Motion, Course)),
     ("Particles", "Entries of `systems` with `type: particles`.", (Particles, Feels, Drag, StokesDrag)),
     ("Springs", "Entries of `systems` with `type: springs`: points joined by damped springs.", (Springs, PinMotion, NetworkLook)),
+    ("Cloth", "Entries of `systems` with `type: cloth`; `look` and `pin_motion` as for springs.", (Cloth, SpringKind)),
     ("Generators", "What `generator` may be, told apart by `type`.", (Generator,)),
     ("Emitters", "Entries of `emitters`.", (Emitter, Rate, Burst, Velocity, Distribution)),
     ("Emitter shapes", "What `shape` may be, told apart by `type`.", (EmitterShape,)),

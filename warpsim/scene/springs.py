@@ -33,10 +33,10 @@ NetworkCoupling = one_of_forms({"alpha": Drag, "viscosity": StokesDrag}, lambda 
 
 
 def _pin_form(value: Any) -> str | None:
-    return "group" if isinstance(value, str) else "point" if is_number(value) else None
+    return "group" if isinstance(value, str) else "point" if is_number(value) else "cell" if isinstance(value, (list, tuple)) else None
 
 
-Pin = one_of_forms({"group": Name, "point": Index}, _pin_form)
+Pin = one_of_forms({"group": Name, "point": Index, "cell": tuple[Index, Index]}, _pin_form)
 Displacement = tuple[Strength, Strength, Strength]
 
 
@@ -90,6 +90,15 @@ class Network(System):
         """The solver in effect."""
         return self.solver
 
+    def pinned(self, pins: Sequence[str | int | tuple[int, int]]) -> list[int]:
+        """Return the points that pins of this network name, each once, in their order."""
+        return list(dict.fromkeys(i for pin in pins for i in self._points_of(pin)))
+
+    def _points_of(self, pin: str | int | tuple[int, int]) -> Sequence[int]:
+        if isinstance(pin, tuple):
+            return (pin[1] * self.generator.resolution[0] + pin[0],)
+        return self.generator.group(pin) if isinstance(pin, str) else (pin,)
+
 
 class Springs(Network):
     """Points joined by springs: F = (k (d - rest length) + damping (rate of stretching)) along the spring."""
@@ -108,7 +117,9 @@ class Springs(Network):
     rest_length: RestLength | None = Field(
         None, description="Length at which a spring does not pull: one number, or a list with one for each; absent: as it starts [m]."
     )
-    pins: tuple[Pin, ...] = Field((), max_length=200_000, description="Points that are held: numbers, or the generator's groups.")
+    pins: tuple[Pin, ...] = Field(
+        (), max_length=200_000, description="Points that are held: numbers, the generator's groups, or [i, j] of a grid."
+    )
 
     @property
     def point_count(self) -> int | None:
@@ -120,17 +131,12 @@ class Springs(Network):
         """How many springs there are; None where a file says so."""
         return self.generator.spring_count if self.generator else len(self.springs)
 
-    def pinned(self, pins: Sequence[str | int]) -> list[int]:
-        """Return the points that pins of this network name, each once, in their order."""
-        return list(dict.fromkeys(i for pin in pins for i in (self.generator.group(pin) if isinstance(pin, str) else (pin,))))
-
     @model_validator(mode="after")
     def _parts_fit(self):
         found = _source_mistakes(self) or _spring_mistakes(self)
         found += _length_mistakes(self)
-        groups = self.generator.groups if self.generator else ()
         where = [(("pins",), self.pins)] + [(("pin_motion", k, "pins"), motion.pins) for k, motion in enumerate(self.pin_motion)]
-        strange = [mistake for path, pins in where for mistake in pin_mistakes(path, pins, groups, self.point_count)]
+        strange = [mistake for path, pins in where for mistake in pin_mistakes(path, pins, self.generator, self.point_count)]
         found += strange or motion_mistakes(self)
         if found:
             raise mistakes(found[:_MOST_TOLD])
@@ -174,16 +180,24 @@ def _length_mistakes(net: Springs) -> list[Mistake]:
     return found
 
 
-def pin_mistakes(path: tuple, pins: Sequence[str | int], groups: Sequence[str], count: int | None) -> list[Mistake]:
-    """Return a mistake for each pin that is no point and no group of the network."""
+def pin_mistakes(path: tuple, pins: Sequence[str | int | tuple[int, int]], generator: Any, count: int | None = None) -> list[Mistake]:
+    """Return a mistake for each pin that is no point and no group of the network; `count` are its points, where they are known."""
     found = []
+    groups = generator.groups if generator else ()
+    grid = generator.resolution if getattr(generator, "type", None) == "grid" else None
+    count = generator.point_count if generator else count
+    depends = (path[0], "points", "generator", "resolution")
     for k, pin in enumerate(pins):
         if isinstance(pin, str) and pin not in groups:
             known = f"groups: {listed(groups)}; or numbers of points" if groups else "its points have numbers only"
-            found.append(Mistake((*path, k), f'there is no group "{pin}" ({known})', (path[0], "generator"), nearest(pin, groups)))
-        elif not isinstance(pin, str) and count is not None and pin >= count:
-            message = f"there is no point {pin}: there are {count}, counted from 0"
-            found.append(Mistake((*path, k), message, (path[0], "points", "generator")))
+            found.append(Mistake((*path, k), f'there is no group "{pin}" ({known})', depends, nearest(pin, groups)))
+        elif isinstance(pin, tuple) and grid is None:
+            found.append(Mistake((*path, k), "[i, j] names a point of a grid: here a point is one number", depends))
+        elif isinstance(pin, tuple) and (pin[0] >= grid[0] or pin[1] >= grid[1]):
+            message = f"there is no point [{pin[0]}, {pin[1]}]: i goes to {grid[0] - 1} and j to {grid[1] - 1}"
+            found.append(Mistake((*path, k), message, depends))
+        elif isinstance(pin, int) and count is not None and pin >= count:
+            found.append(Mistake((*path, k), f"there is no point {pin}: there are {count}, counted from 0", depends))
     return found
 
 

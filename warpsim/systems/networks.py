@@ -13,7 +13,7 @@ from warpsim.kernels import emission, integration, springs
 from warpsim.kernels.collider import BOUNCE
 from warpsim.kernels.environment import KILL, RESET
 from warpsim.launch import Stage
-from warpsim.networks import Net
+from warpsim.networks import Net, point_masses, spring_numbers
 from warpsim.population import FIELDS, Population
 from warpsim.scene import Scene
 from warpsim.scene.pacing import substep_count
@@ -35,7 +35,7 @@ WHEN = {  # when the springs act: with the other forces, as a kick after the sub
 class NetworkSystem(ABC):
     """A population of fixed size that the particles' kernels advance; subclasses say what its points do to each other.
 
-    `net` holds the points where they start and what joins them, `mass` (n,) [kg], `pinned` the numbers of the points that are held.
+    `net` holds the points where they start and what joins them.
     """
 
     finer = "substeps"  # key that makes its steps shorter
@@ -61,16 +61,14 @@ class NetworkSystem(ABC):
         self._start = self.population.save()
 
     @abstractmethod
-    def masses(self, spec) -> np.ndarray:
-        """Return the mass of every point, float64 (n,) [kg]."""
-
-    @abstractmethod
     def forces(self, s: int) -> Iterator[Stage]:
         """Yield the stages that store in `internal` what the neighbors do at the beginning of substep s [m/s²]."""
 
-    @abstractmethod
     def energy(self) -> float:
-        """Return the energy that the deformed network holds at the present frame [J]."""
+        """Return what the springs hold at the present frame, Σ ½ k (|d| − r)² [J], in float64."""
+        stiffness, _, rest = spring_numbers(self.spec, self.net)
+        ends = self.population.host("position").T.astype(float)[self.net.springs]
+        return float(0.5 * (stiffness * (np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) - rest) ** 2).sum())
 
     def _fill(self, spec) -> None:
         """Put every point where it starts, at rest."""
@@ -79,7 +77,7 @@ class NetworkSystem(ABC):
         for key, value in resting.items():
             population.field(key).fill_(value)  # the empty slots too: a loop computes them and stores nothing
         population.field("position").assign(spread(self.net.points.T, capacity))
-        population.field("mass").assign(spread(self.masses(spec), capacity, 1.0))
+        population.field("mass").assign(spread(point_masses(spec, self.net), capacity, 1.0))
         numbers = np.zeros((2, capacity), np.uint32)
         numbers[0, :count] = np.arange(count)
         population.field("id").assign(numbers)
@@ -111,7 +109,7 @@ class NetworkSystem(ABC):
 
     def inverse_masses(self, spec) -> np.ndarray:
         """Return 1/m of every slot [1/kg], 0 for pins."""
-        inverse = 1.0 / self.masses(spec)
+        inverse = 1.0 / point_masses(spec, self.net)
         inverse[spec.pinned(spec.pins)] = 0.0
         return spread(inverse, self.population.capacity)
 
@@ -171,7 +169,7 @@ class NetworkSystem(ABC):
         """Take the numbers of another spec of the same structure, in place; the environment has changed already."""
         self.spec = spec
         self.surroundings.change(*self._felt(spec, environment))
-        self.population.field("mass").assign(spread(self.masses(spec), self.population.capacity, 1.0))
+        self.population.field("mass").assign(spread(point_masses(spec, self.net), self.population.capacity, 1.0))
         self.population.field("radius").fill_(spec.radius)
         self._pin_rows(spec)[1].write(self._pins.signals)
         self.points.change(spec.look)

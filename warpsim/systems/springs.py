@@ -8,7 +8,7 @@ import warp as wp
 from warpsim.environment import Environment
 from warpsim.kernels import spring_loops, springs
 from warpsim.launch import Stage
-from warpsim.networks import network_of, packed, rest_lengths
+from warpsim.networks import network_of, packed, spring_numbers
 from warpsim.scene import Scene
 from warpsim.systems.networks import NetworkSystem
 
@@ -27,26 +27,16 @@ class Springs(NetworkSystem):
         for key, array in self._numbers(spec).items():
             setattr(self.network, key, wp.array(array, dtype=float, device=device))
 
-    def masses(self, spec) -> np.ndarray:
-        """Return the mass of every point, float64 (n,) [kg]."""
-        return np.array(np.broadcast_to(np.array(spec.mass, float), len(self.net.points)))
-
     def _numbers(self, spec) -> dict[str, np.ndarray]:
         """Return the network's arrays of numbers by their names."""
-        values = {"rest": rest_lengths(spec, self.net), "stiffness": spec.stiffness, "damping": spec.damping}
-        arrays = {key: self._packed.values(np.array(value)) for key, value in values.items()}
+        values = zip(("stiffness", "damping", "rest"), spring_numbers(spec, self.net), strict=True)
+        arrays = {key: self._packed.values(value) for key, value in values}
         return arrays | {"inverse_mass": self.inverse_masses(spec)}
 
     def forces(self, s: int) -> Iterator[Stage]:
         """Yield the stage that sums the springs of every point."""
         inputs = (self.network, self.particles, self.internal)
         yield Stage("springs", springs.accumulate_springs, self.population.capacity, inputs, spring_loops.accumulate_springs)
-
-    def energy(self) -> float:
-        """Return Σ ½ k (|d| − r)² [J], in float64."""
-        ends = self.population.host("position").T.astype(float)[self.net.springs]
-        stretch = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) - rest_lengths(self.spec, self.net)
-        return float(0.5 * (np.array(self.spec.stiffness) * stretch**2).sum())
 
     def change(self, spec, scene: Scene, environment: Environment) -> None:
         """Take the numbers of another spec of the same structure, in place."""

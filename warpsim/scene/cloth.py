@@ -1,0 +1,71 @@
+"""Cloth: a sheet of points with structural, shear and bend springs, in the wind."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from warpsim.scene.base import Direction, Mistake, Number, Spec, Vec3, mistakes
+from warpsim.scene.generators import GridOfPoints, Side
+from warpsim.scene.springs import Network, Pin, motion_mistakes, pin_mistakes
+
+_Coefficient = Annotated[Number, Field(ge=0.0, le=1e12)]
+
+
+class SpringKind(Spec):
+    """The springs of one kind."""
+
+    stiffness: _Coefficient = Field(description="Force per length of stretching [N/m].")
+    damping: _Coefficient = Field(0.0, description="Force per speed of stretching, along the spring only [N s/m].")
+
+
+class Cloth(Network):
+    """A sheet of points (i, j), number j nx + i. Mass and area are those of the cells round a point, a quarter of each."""
+
+    type: Literal["cloth"] = Field("cloth", description="Kind of system.")
+    resolution: tuple[Side, Side] = Field(description="Number of points along the first edge and along the second [1].")
+    corner: Vec3 = Field((0.0, 0.0, 0.0), description="Place of point (0, 0), left and top [m].")
+    edges: tuple[Direction, Direction] = Field(description="From the corner along i to the last point, and along j [m].")
+    density: Annotated[Number, Field(ge=1e-9, le=1e9)] = Field(0.2, description="Mass per area [kg/m^2].")
+    structural: SpringKind = Field(description="Springs to the neighbors (i ± 1, j) and (i, j ± 1).")
+    shear: SpringKind = Field(SpringKind(stiffness=0.0), description="Springs to the neighbors (i ± 1, j ± 1).")
+    bend: SpringKind = Field(SpringKind(stiffness=0.0), description="Springs to (i ± 2, j) and (i, j ± 2).")
+    drag: _Coefficient = Field(0.0, description="Drag of still air on every point, F = -drag v; with coupling absent [kg/s].")
+    air: _Coefficient = Field(
+        0.0,
+        description="Drag of the flow across the sheet, F = air A ((u - v) n) n with the area A and the normal n of a point [kg/(m^2 s)].",
+    )
+    pins: tuple[Pin, ...] = Field(
+        (), max_length=200_000, description="Points that are held: left, right, top, bottom, corners, [i, j], or numbers."
+    )
+
+    @property
+    def generator(self) -> GridOfPoints:
+        """The grid of its points."""
+        return GridOfPoints.model_construct(resolution=self.resolution, corner=self.corner, edges=self.edges)
+
+    @property
+    def point_count(self) -> int:
+        """How many points there are."""
+        return self.generator.point_count
+
+    @property
+    def spring_count(self) -> int:
+        """How many springs there are: those of a grid, and two from every point to the next but one."""
+        nx, ny = self.resolution
+        return self.generator.spring_count + max(nx - 2, 0) * ny + nx * max(ny - 2, 0)
+
+    @model_validator(mode="after")
+    def _parts_fit(self):
+        found = []
+        if self.drag and self.coupling is not None:
+            found.append(Mistake(("drag",), "drag is that of still air: give either drag or coupling", ("drag", "coupling")))
+        first, second = self.edges
+        across = [first[k - 2] * second[k - 1] - first[k - 1] * second[k - 2] for k in range(3)]
+        if sum(x * x for x in across) <= 1e-12 * sum(x * x for x in first) * sum(x * x for x in second):
+            found.append(Mistake(("edges",), "the edges are parallel: the sheet has no area", ("edges",)))
+        where = [(("pins",), self.pins)] + [(("pin_motion", k, "pins"), motion.pins) for k, motion in enumerate(self.pin_motion)]
+        strange = [mistake for path, pins in where for mistake in pin_mistakes(path, pins, self.generator)]
+        found += strange or motion_mistakes(self)
+        if found:
+            raise mistakes(found)
+        return self

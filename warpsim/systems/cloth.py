@@ -1,0 +1,70 @@
+"""Cloth: a network on a grid, whose springs need no lists, and whose points feel the wind across the sheet."""
+
+import math
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+import warp as wp
+
+from warpsim.environment import Environment, Surroundings
+from warpsim.kernels import cloth, cloth_loops
+from warpsim.launch import Stage
+from warpsim.networks import KINDS, network_of
+from warpsim.scene import Scene
+from warpsim.scene.particles import Drag
+from warpsim.systems.networks import NetworkSystem
+
+
+class Cloth(NetworkSystem):
+    """One sheet; `earlier` are the systems that move before it, of which it needs none."""
+
+    def __init__(self, name: str, spec, scene: Scene, environment: Environment, clock: wp.array, earlier: Mapping):
+        super().__init__(name, spec, scene, environment, clock, network_of(spec, f"systems.{name}"))
+        device, count = environment.device, self.pace.substep_count
+        self._wind = Surroundings(environment, self._wind_felt(spec, environment), 2 * count + 1, 0.5 / (self._fps * count))
+        self.sheet = cloth.Sheet()
+        self.sheet.nx, self.sheet.ny = spec.resolution
+        self.sheet.step = wp.array(list(cloth.STEPS), dtype=wp.vec2i, device=device)
+        self.sheet.flow = self._wind.flow
+        for key, array in self._numbers(spec).items():
+            setattr(self.sheet, key, wp.array(array, dtype=float, device=device))
+
+    def _felt(self, spec, environment: Environment) -> tuple:
+        """Return what every point feels: with `drag` that of still air, and no flow."""
+        row, flow, forces, colliders = super()._felt(spec, environment)
+        if spec.drag:
+            row.alpha = spec.drag
+        return row, flow, forces, colliders
+
+    def _wind_felt(self, spec, environment: Environment) -> tuple:
+        """Return the flow across the sheet, which needs no coupling."""
+        row, flow, _, _ = environment.felt(spec.feels, Drag(alpha=0.0))
+        return row, flow, [], []
+
+    def _numbers(self, spec) -> dict[str, np.ndarray]:
+        """Return the sheet's arrays of numbers by their names."""
+        along, down = (np.array(edge, float) / (n - 1) for edge, n in zip(spec.edges, spec.resolution, strict=True))
+        rest = [np.linalg.norm(i * along + j * down) for i, j in cloth.STEPS]
+        kinds = [getattr(spec, kind) for kind in KINDS for _ in range(4)]  # as kernels/cloth.py has them
+        k, h = spec.air / spec.density, self.pace.dt
+        numbers = {"rest": rest, "stiffness": [kind.stiffness for kind in kinds], "damping": [kind.damping for kind in kinds]}
+        numbers["air"] = [-math.expm1(-k * h) / h]
+        return {key: np.array(values, np.float32) for key, values in numbers.items()} | {"inverse_mass": self.inverse_masses(spec)}
+
+    def stages(self, native: bool) -> Iterator[Stage]:
+        """Yield the frame's stages; nothing here waits for the device."""
+        yield from self._wind.stages()
+        yield from super().stages(native)
+
+    def forces(self, s: int) -> Iterator[Stage]:
+        """Yield the stages that sum the springs of every point, and add the wind."""
+        inputs, capacity = (self.sheet, self.particles, self.internal), self.population.capacity
+        yield Stage("springs", cloth.accumulate_cloth, capacity, inputs, cloth_loops.accumulate_cloth)
+        yield Stage("air", cloth.accumulate_air, capacity, (2 * s, *inputs), cloth_loops.accumulate_air)
+
+    def change(self, spec, scene: Scene, environment: Environment) -> None:
+        """Take the numbers of another spec of the same structure, in place."""
+        super().change(spec, scene, environment)
+        self._wind.change(*self._wind_felt(spec, environment))
+        for key, array in self._numbers(spec).items():
+            getattr(self.sheet, key).assign(array)
