@@ -122,7 +122,7 @@ def main() -> None:
         measure_ways(million(count), report, options.device, rounds)
     if options.only in (None, "neighbors") and options.device == "cpu":
         for size in (5_000,) if options.quick else (20_000, 100_000, count):
-            measure_neighbors(size, report, rounds)
+            measure_neighbors(size, report, max(5, rounds // 3))  # the peers take seconds
     if options.only in (None, "sparks"):
         measure_real_time(sparks(2_000), report, options.device, rounds)
     if options.json:

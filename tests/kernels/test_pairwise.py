@@ -161,7 +161,7 @@ def test_runs_with_births_and_deaths_share_their_bits(solver, live, monkeypatch)
 
 @pytest.mark.parametrize("solver", PAIR_SOLVERS)
 def test_colliders_and_a_small_world_do_not_part_the_ways(solver, monkeypatch):
-    """Who was killed in a substep, by a collider or beyond the extent, is near nobody in the next; the ways of running agree on all of it."""
+    """Who was killed in a substep, by a collider or beyond the extent, is near nobody in the next; all ways agree on it."""
     monkeypatch.setattr("warpsim.launch.PARALLEL_FROM", 0)
     floor = {"type": "plane", "center": [0, -0.6, 0], "normal": [0, 1, 0], "restitution": 0.5}
     drain = {"type": "sphere", "center": [0.3, 0, 0], "radius": 0.2, "action": "kill"}
