@@ -174,6 +174,19 @@ def born_tint(births: Births, emitter: Emitter, ordinal: wp.int64) -> wp.uint32:
 
 
 @wp.func
+def forget_contacts(i: int, particles_out: Particles):
+    """Begin the rows of contacts anew: slot i still holds those of somebody dead."""
+    if particles_out.contact.shape[0] > 0:
+        particles_out.contact[i] = 0
+    if particles_out.impact.shape[0] > 0:
+        for row in range(9):
+            particles_out.impact[row, i] = 0.0
+        particles_out.impact[9, i] = -1.0
+        particles_out.impact_count[i] = 0
+        particles_out.impact_number[i] = 0
+
+
+@wp.func
 def emit_particle(i: int, j: int, id: wp.int64, births: Births, segment: Segment, particles_out: Particles):
     """Fill slot i with birth j of a segment."""
     emitter = births.emitters[segment.emitter]
@@ -189,20 +202,11 @@ def emit_particle(i: int, j: int, id: wp.int64, births: Births, segment: Segment
     particles_out.id[1, i] = wp.uint32(id >> wp.int64(32))
     if particles_out.tint.shape[0] > 0:
         particles_out.tint[i] = born_tint(births, emitter, ordinal)
-    if particles_out.contact.shape[0] > 0:
-        particles_out.contact[i] = 0
-    if particles_out.impact.shape[0] > 0:
-        for row in range(9):
-            particles_out.impact[row, i] = 0.0
-        particles_out.impact[9, i] = -1.0
-        particles_out.impact_count[i] = 0
-        particles_out.impact_number[i] = 0
     if particles_out.lineage.shape[0] > 0:
         words = random_words(emitter.key, ordinal, LINEAGE)
         particles_out.lineage[0, i] = words[0]
         particles_out.lineage[1, i] = words[1]
-    if particles_out.contact.shape[0] > 0:
-        particles_out.contact[i] = 0
+    forget_contacts(i, particles_out)
 
 
 @wp.func
@@ -225,9 +229,13 @@ def event_segment(births: Births, segment: Segment, k: int) -> Segment:
 def turn_up_to(n: wp.vec3, x: wp.vec3) -> wp.vec3:
     """Return x turned the shortest way that turns +y to the unit vector n; half round x if they oppose.  Source: Rodrigues 1840."""
     k = wp.vec3(n[2], 0.0, -n[0])  # y × n
-    if 1.0 + n[1] < 1.0e-6:
+    k2 = wp.dot(k, k)
+    if n[1] < 0.0 and k2 < 1.0e-12:
         return wp.vec3(x[0], -x[1], -x[2])
-    return x * n[1] + wp.cross(k, x) + k * (wp.dot(k, x) / (1.0 + n[1]))
+    share = 1.0 / (1.0 + wp.abs(n[1]))
+    if n[1] < 0.0:
+        share = (1.0 - n[1]) / k2  # the same, 1/(1 + n_y), where that sum would be all rounding
+    return x * n[1] + wp.cross(k, x) + k * (wp.dot(k, x) * share)
 
 
 @wp.func

@@ -51,7 +51,6 @@ EMIT = """
     }
     if (particles.lineage.shape[0]) EACH(const auto words = $random_words(emitter.key, ordinal, LINEAGE_CHANNEL);
         particles.lineage.data[i] = words[0]; particles.lineage.data[i + S] = words[1];)
-    if (particles.contact.shape[0]) EACH(particles.contact.data[i] = 0;)
 #undef PLACE
 #undef SEARCH
 #undef EACH

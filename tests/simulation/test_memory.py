@@ -3,7 +3,7 @@
 import pytest
 
 from tests.simulation.scenes import scene
-from warpsim import SceneError, Simulation, memory
+from warpsim import Scene, SceneError, Simulation, memory
 from warpsim.kernels.forces import ForceField
 from warpsim.kernels.primitive import FlowPrimitive
 from warpsim.population import FIELDS
@@ -12,6 +12,22 @@ from warpsim.population import FIELDS
 def test_the_estimate_knows_the_sizes_of_the_real_tables():
     assert memory.BYTES_PER_PARTICLE >= 4 * (sum(field.rows for field in FIELDS.values()) + 1)  # and the flag of the living
     assert max(FlowPrimitive.numpy_dtype()["itemsize"], ForceField.numpy_dtype()["itemsize"]) <= memory.BYTES_PER_PRIMITIVE
+
+
+def test_the_estimate_counts_what_events_need():
+    """As much as the arrays of a simulation: rows of who is listened to, and the log of each kind of event."""
+
+    def scene_with(emitter):
+        systems = {"p": {"type": "particles", "capacity": 6400}, "c": {"type": "particles", "capacity": 64, "emitters": [emitter]}}
+        return Scene.model_validate({"name": "x", "colliders": [{"type": "plane"}], "systems": systems})
+
+    heard, deaf = scene_with({"on": {"event": "collision", "of": "p"}, "burst": {"count": 1}}), scene_with({"burst": {"count": 1}})
+    parent = Simulation(heard, device="cpu").systems["p"]
+    log = parent.events.log(heard.systems["c"].emitters[0].on)
+    rows = parent.population.slab.shape[0] - sum(field.rows for field in FIELDS.values())
+    taken = 3 * 4 * 6400 * rows  # the state, that of frame 0, and the last good one
+    taken += sum(array.capacity for array in (log.position, log.velocity, log.since, log.lineage, log.number, log.normal, log.tint))
+    assert taken <= memory.estimate_memory(heard) - memory.estimate_memory(deaf) <= 1.5 * taken
 
 
 def test_a_scene_beyond_its_own_limit_is_refused_before_allocation():
