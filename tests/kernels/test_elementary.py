@@ -17,6 +17,8 @@ def sample_single(x: wp.array[float], y_out: wp.array2d[float]):
     y_out[i, 2] = elementary.log_positive(wp.max(wp.abs(x[i]), 1.2e-38))
     y_out[i, 3] = elementary.sin_turns(x[i])
     y_out[i, 4] = elementary.cos_turns(x[i])
+    y_out[i, 5] = elementary.exponential_integral(wp.abs(x[i]))
+    y_out[i, 6] = elementary.exp_negative(wp.min(wp.abs(x[i]), 80.0))
 
 
 @wp.kernel
@@ -31,7 +33,7 @@ def sample_double(x: wp.array[wp.float64], y: wp.array[wp.float64], z_out: wp.ar
 
 def single(x, device) -> np.ndarray:
     x = np.asarray(x, np.float32)
-    out = wp.zeros((len(x), 5), dtype=float, device=device)
+    out = wp.zeros((len(x), 7), dtype=float, device=device)
     wp.launch(sample_single, len(x), [wp.array(x, dtype=float, device=device), out], device=device)
     return out.numpy().astype(float)
 
@@ -50,6 +52,27 @@ def test_exp_negative(device):
     # e^z = 2^y: y = z/ln 2 is rounded to 2^-24 relative, that is z 2^-24 absolute in the exponent
     assert (np.abs(single(x, device)[:, 0] / exact - 1.0) < 2e-7 + x * 2.0**-24 * 2).all()
     assert single([1e3, 1e30], device)[:, 0].tolist() == pytest.approx([math.exp(-80)] * 2, rel=1e-5)  # tiny, not 0: stays finite
+
+
+def test_exponential_integral(device):
+    """E₁(q) + ln min(q, 1) = Ein(q) − γ − ln max(q, 1), Ein by Gauss's rule on pieces; through 0 and 1, where the series ends."""
+    q = np.concatenate([[0.0], np.geomspace(1e-30, 1.0, 301), np.geomspace(1.0, 30.0, 301)]).astype(np.float32).astype(float)
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    cuts = np.append(np.arange(0.0, 30.0), 30.0)
+
+    def mean_decay_integral(top: float) -> float:
+        ends = np.clip(cuts, 0.0, top)
+        t = 0.5 * (ends[:-1, None] + ends[1:, None] + np.diff(ends)[:, None] * nodes)
+        return float((0.5 * np.diff(ends)[:, None] * weights * -np.expm1(-t) / np.where(t > 0.0, t, 1.0)).sum())
+
+    exact = [mean_decay_integral(x) - np.euler_gamma - math.log(max(x, 1.0)) for x in q]
+    assert np.abs(single(q, device)[:, 5] - exact).max() < 2e-7
+    assert (np.abs(single([100.0, 1e9, 1e30], device)[:, 5]) < 1e-30).all()
+
+
+def test_exp_negative_of_positive_numbers(device):
+    x = np.linspace(0.0, 80.0, 2001).astype(np.float32)
+    assert (np.abs(single(x, device)[:, 6] / np.exp(x.astype(float)) - 1.0) < 2e-7 + x * 2.0**-24 * 2).all()
 
 
 def test_mean_decay(device):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.physics.scenes import simulate, start, state
+from warpsim import UnstableError
 
 CENTER = np.array([0.3, -0.2, 0.5])
 AXIS = np.array([1.0, 2.0, -2.0]) / 3.0
@@ -172,6 +173,15 @@ def test_travel_moves_the_whole_and_the_radius_follows_time():
     for primitive in every:
         moved = probe(primitive | {"travel": [{"expression": "t"}, 2.0, 0.0]}).sample(points + [1.0, 2.0, 0.0], time=1.0)
         np.testing.assert_allclose(moved, probe(primitive).sample(points), rtol=3e-5, atol=1e-6, err_msg=primitive["type"])
+
+
+def test_a_radius_below_zero_is_no_ring_and_one_that_is_no_number_is_answered():
+    flow = probe(ring(radius={"expression": "t - 1"}))
+    points = CENTER + np.random.default_rng(8).normal(size=(20, 3))
+    assert (flow.sample(points, time=0.5) == 0.0).all() and (flow.sample(points, time=1.0) == 0.0).all()
+    assert (np.linalg.norm(flow.sample(points, time=1.5), axis=1) > 0.0).all()
+    with pytest.raises(UnstableError, match="not finite"):
+        simulate(start(), flow=[ring(radius={"expression": "log(0.05 - t)"})], coupling="tracer").run(0.2)
 
 
 def test_a_tracer_in_the_core_travels_with_its_ring():
