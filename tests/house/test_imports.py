@@ -43,7 +43,7 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "playback": "scene changes interruption reporting announcing",
     "runner": f"scene simulation changes frame observers files kernel_cache interruption {PLAYING}",
     "screening": f"environment probes replay runner interruption {PLAYING}",
-    "verify": "scene simulation environment probes convergence",
+    "verify": "scene simulation environment probes convergence meshes",
     "cli": "verify scene simulation frame observers files kernel_cache interruption runner screening replay reporting launch memory "
     "convergence plotting streamlines",
     "__main__": "cli",

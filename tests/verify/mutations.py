@@ -107,6 +107,8 @@ MUTATIONS = (
     Mutation("disc", BIRTH, "r = emitter.radius *", "r = 1.01 * emitter.radius *", {"emitter_shapes": "disc"}),
     Mutation("sphere", BIRTH, "(emitter.radius * wp.max(largest", "(1.01 * emitter.radius * wp.max(largest", {"emitter_shapes": "ball"}),
     Mutation("box", BIRTH, "wp.cw_mul(h, wp.vec3(x, y, z))", "wp.cw_mul(h * 1.01, wp.vec3(x, y, z))", {"emitter_shapes": "box faces"}),
+    Mutation("mesh_surface", BIRTH, "emitter.turn * on_surface(", "emitter.turn * 1.01 * on_surface(", {"mesh_emitter": "skin"}),
+    Mutation("mesh_volume", BIRTH, "emitter.turn * in_volume(", "emitter.turn * 1.01 * in_volume(", {"mesh_emitter": "inside"}),
 )  # fmt: skip
 
 

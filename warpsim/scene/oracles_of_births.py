@@ -12,7 +12,6 @@ OF = Literal["count", "speed", "cosine", "lifetime", "mass", "radius"]
 OF_WORDS = (
     "births per interval of the rate; or of each birth: speed, cosine of the angle to the emitter's direction, lifetime, mass, radius."
 )
-UNEVEN = ("point", "mesh")  # shapes whose births are not spread over a line, a disc, a ball or a box
 NARROWEST = 1.0  # degree
 
 
@@ -97,8 +96,8 @@ class UniformityOracle(Bounded, Births, Oracle):
 
     def lawless(self, scene) -> str | None:
         emitter = self.emitter_in(scene)
-        if self.of == "place" and emitter.shape.type in UNEVEN:
-            return f"the births of a {emitter.shape.type} have no coordinates in which they are even"
+        if self.of == "place" and emitter.shape.type == "point":
+            return "all births of a point are in one place"
         if self.of == "place" and emitter.shape.type == "segment" and emitter.shape.start == emitter.shape.end:
             return "the segment has no length"
         if self.of == "direction" and (emitter.velocity is None or emitter.velocity.cone < NARROWEST):

@@ -5,6 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from warpsim.verify.mesh_evenness import MeshLayers
+
 BESIDE = 1e-4  # of a coordinate's range, and what float32 makes of it: a birth further out is outside, and no rounding
 
 
@@ -59,7 +61,7 @@ def cells_of_directions(velocity, bins: int) -> Cells:
 
 def cells_of_places(shape, bins: int) -> Cells | None:
     """Return the cells of a shape; None for one without such coordinates."""
-    make = {"segment": _segment, "disc": _disc, "sphere": _sphere, "box": _box}.get(shape.type)
+    make = {"segment": _segment, "disc": _disc, "sphere": _sphere, "box": _box, "mesh": _mesh}.get(shape.type)
     return make(shape, bins) if make else None
 
 
@@ -121,3 +123,10 @@ def _box(shape, bins: int) -> Cells:
         return [np.where(inside, face * side * side + first * side + second, -1)]
 
     return Cells([shares], number)
+
+
+def _mesh(shape, bins: int) -> Cells:
+    """Layers between parallel planes, each with the same part of the surface or of what it encloses."""
+    layers = MeshLayers(shape, bins)
+    beside = _beside([layers.low, layers.high], layers.high - layers.low)
+    return Cells([layers.shares], lambda x: [layers.number(x, beside)])
