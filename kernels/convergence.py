@@ -35,6 +35,7 @@ class Setting:
     signals: Signals
     winds: wp.array2d[int]  # (uniform flows, 3) rows of the signals [m/s]
     spans: wp.array2d[int]  # (flows by formulas, 4) where each component's program begins, and where the last one ends
+    gains: wp.array[int]  # rows of the signals that they are multiplied with; -1: 1
     pulls: wp.array[Pull]
 
 
@@ -53,8 +54,12 @@ def sample_wind(setting: Setting, moment: int, x: wp.vec3d) -> wp.vec3d:
         for axis in range(3):
             v[axis] = v[axis] + sample_signal(setting.signals, setting.winds[j, axis], t)
     for j in range(setting.spans.shape[0]):
+        gain = wp.float64(1.0)
+        if setting.gains[j] >= 0:
+            gain = sample_signal(setting.signals, setting.gains[j], t)
         for axis in range(3):
-            v[axis] = v[axis] + evaluate_program(setting.signals.program, setting.spans[j, axis], setting.spans[j, axis + 1], x, t)
+            begin = setting.spans[j, axis]
+            v[axis] = v[axis] + gain * evaluate_program(setting.signals.program, begin, setting.spans[j, axis + 1], x, t)
     return v
 
 

@@ -12,13 +12,15 @@ import numpy as np
 import warp as wp
 
 from warpsim.environment import SignalTable, pick, strength_signals
+from warpsim.flow_formulas import FORMULAS
 from warpsim.integrators import FIRST_ORDER_FORM, SECOND_ORDER_FORM
 from warpsim.kernels.convergence import TRACES, Pull, Setting
 from warpsim.kernels.forces import ATTRACTOR_LAWS
 from warpsim.scene import Problem, Scene, SceneError
+from warpsim.scene.expressions import PLACE, compile_expression
 
 wp.config.log_level = max(wp.config.log_level, wp.LOG_WARNING)  # as for a simulation: no banner and no line per module
-FLOWS = ("expression", "uniform")
+FLOWS = ("expression", "uniform", *FORMULAS)
 SHAPES = ("point", "disc", "sphere", "box")
 FINER, FINEST = 4, 12_800  # steps of the exact path: so many times those of the smallest step, and at least so many
 FITTED = 3  # rungs through which an order is fitted: the smallest steps above the floor of rounding
@@ -109,6 +111,10 @@ def study(scene: Scene, system: str | None = None, solvers: Sequence[str] | None
     if strangers:
         raise ValueError(f"{sorted(strangers)[0]} is no solver of this system, whose are {', '.join(experiment.methods)}")
     exact = experiment.exact(counts[-1])
+    if not np.isfinite(exact).all():
+        place = f"systems.{experiment.system}.emitters.0.shape.center"
+        words = f"the path from here leaves the finite world (start elsewhere: --set {place}=[…])"
+        raise SceneError([Problem(words, path=place)])
     chosen = [solver for solver in experiment.methods if solvers is None or solver in solvers]
     methods = tuple(measured(experiment, solver, counts, exact) for solver in chosen)
     steps = tuple(experiment.duration / count for count in counts)
@@ -169,8 +175,12 @@ def unsuitable(scene: Scene, name: str) -> list[Problem]:
         found.append(Problem("convergence is measured without colliders (add feels: {colliders: false})", path="colliders"))
     if spec.coupling is not None:
         for k, flow in enumerate(scene.flow):
-            if felt(flow, k, spec.feels.flow) and flow.type not in FLOWS:
-                found.append(Problem(f"convergence is measured in float64, which has flow {' and '.join(FLOWS)} only", path=f"flow.{k}"))
+            if not felt(flow, k, spec.feels.flow):
+                continue
+            if flow.type not in FLOWS:
+                found.append(Problem(f"convergence is measured in float64, which has flow {', '.join(FLOWS)} only", path=f"flow.{k}"))
+            elif any(getattr(flow, "travel", ())):
+                found.append(Problem("convergence is measured without flow that travels", path=f"flow.{k}.travel"))
         if scene.obstacles:
             found.append(Problem("convergence is measured without obstacles", path="obstacles"))
     if spec.coupling != "tracer":
@@ -201,12 +211,22 @@ def setting(scene: Scene, spec) -> Setting:
         result.pulls = wp.array([pull(force, table) for force in chosen(scene.forces, spec.feels.forces)], dtype=Pull, device="cpu")
     flows = chosen(scene.flow, spec.feels.flow) if spec.coupling is not None else []
     winds = [[table.add(component) for component in flow.velocity] for flow in flows if flow.type == "uniform"]
-    programs = [[table.add_program(program) for program in flow.programs] for flow in flows if flow.type == "expression"]
+    formulas = [flow for flow in flows if flow.type != "uniform"]
+    programs = [[table.add_program(program) for program in programs_of(flow)] for flow in formulas]
     spans = [[*(begin for begin, _ in program), program[-1][1]] for program in programs]
+    gains = [table.add(getattr(flow, flow.strength_field)) if flow.strength_field else -1 for flow in formulas]
     result.winds = wp.array(np.array(winds, dtype=np.int32).reshape(-1, 3), dtype=int, device="cpu")
     result.spans = wp.array(np.array(spans, dtype=np.int32).reshape(-1, 4), dtype=int, device="cpu")
+    result.gains = wp.array(np.array(gains, dtype=np.int32), dtype=int, device="cpu")
     result.signals = table.tables("cpu")
     return result
+
+
+def programs_of(flow) -> list:
+    """Return the three components of a flow as programs in x, y, z and t."""
+    if flow.type == "expression":
+        return list(flow.programs)
+    return [compile_expression(text, PLACE) for text in FORMULAS[flow.type](flow)]
 
 
 def chosen(specs: Sequence, selection) -> list:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.physics.scenes import scene, start
-from warpsim import SceneError
+from warpsim import SceneError, Simulation
 from warpsim.convergence import Experiment, convergence_order, study
 from warpsim.integrators import FIRST_ORDER_FORM, SECOND_ORDER_FORM
 
@@ -126,13 +126,43 @@ def within_a_factor_of_two(ratios) -> bool:
     return np.mean((ratios > 0.5) & (ratios < 2.0)) >= 0.9
 
 
+# ---- the flow in float64
+
+VORTEX = {
+    "type": "vortex",
+    "axis": [1, 2, 3],
+    "center": [0.1, 0, 0.2],
+    "circulation": {"sine": {"mean": 2.0, "amplitude": 1.0, "period": 0.7}},
+}
+CORES = [{"model": "ideal"}, *({"model": model, "radius": 0.5} for model in ("rankine", "lamb_oseen", "scully"))]
+PRIMITIVES = [dict(VORTEX, core=core) for core in CORES] + [
+    {"type": "source", "axis": [0, 1, 1], "center": [0.2, 0, 0], "rate": -0.7},
+    {"type": "point_source", "center": [0.3, -0.5, 0.1], "rate": 2.0},
+    {"type": "doublet", "axis": [0, 0, 2], "direction": [1, 1, 1], "center": [0, -0.2, 0], "strength": 0.3},
+    {"type": "rotation", "axis": [3, 0, 1], "center": [0, 1, 0], "angular_velocity": 1.5},
+    {"type": "uniform", "velocity": [0.5, {"keyframes": [[0, 0], [1, 2]]}, 0]},
+    EQUATION,
+]
+
+
+@pytest.mark.parametrize("primitive", PRIMITIVES, ids=lambda primitive: primitive["type"])
+def test_the_flow_in_float64_is_the_one_that_particles_feel(primitive):
+    """Along a path, against the probe, which is in float32: 2e-6 of the speed, and of the largest on the way."""
+    document = lasting(scene(start((0.9, 0.4, -0.3)), flow=(primitive,), coupling="tracer"), 1.0)
+    path, probe = Experiment(document).path("rk4", 40), Simulation(document, device="cpu", threads=1).flow
+    for s in range(1, 41):
+        felt = probe.sample(path.position[s : s + 1].astype(np.float32), time=s / 40)[0]
+        assert np.abs(felt - path.velocity[s]).max() < 2e-6 * np.abs(path.velocity).max() + 2e-6, s
+
+
 # ---- what it asks of a scene
 
 
 @pytest.mark.parametrize(
     ("keys", "path", "words"),
     [
-        ({"flow": ({"type": "vortex", "axis": [0, 0, 1], "circulation": 1.0},), "coupling": "tracer"}, "flow.0", "float64"),
+        ({"flow": ({"type": "curl_noise", "amplitude": 1.0, "length": 1.0},), "coupling": "tracer"}, "flow.0", "float64"),
+        ({"flow": (dict(VORTEX, travel=[1, 0, 0]),), "coupling": {"alpha": 1.0}}, "flow.0.travel", "travels"),
         ({"motion": "ballistic"}, "systems.p.motion", "closed form"),
     ],
 )
@@ -158,3 +188,16 @@ def test_instability_is_no_error_of_ours():
     stiff = dict(SPRING, strength=1e6)
     method = study(lasting(scene(start((1, 0, 0)), forces=(stiff,)), 5.0), solvers=["adams_bashforth_4"], rungs=3).methods[0]
     assert method.errors[0] == math.inf
+
+
+def test_orders_round_a_vortex():
+    """The classical flow in float64: a tracer on a circle, where Runge-Kutta keeps the radius to the sixth power of the step."""
+    whirl = scene(start((0.5, 0, 0)), flow=({"type": "vortex", "axis": [0, 0, 1], "circulation": 2.0},), coupling="tracer")
+    for method in study(lasting(whirl, 3.0), solvers=["euler", "heun", "adams_bashforth_3", "abm_pece_4"]).methods:
+        assert method.order == pytest.approx(method.theory, abs=0.15)
+
+
+def test_a_path_into_a_singularity_is_refused():
+    drain = scene(start((0.0, 0, 0)), flow=({"type": "expression", "velocity": ["1/x", "0", "0"]},), coupling="tracer")
+    with pytest.raises(SceneError, match="leaves the finite world"):
+        study(lasting(drain, 1.0))

@@ -74,11 +74,11 @@ def _print(study) -> None:
     """Print the table: a row per method and precision."""
     form = "x' = u (tracers)" if study.form == "first-order" else "x' = v, v' = forces"
     typer.echo(f"{study.system}: largest distance from the exact path in {study.duration:g} s [m]; {form}\n")
-    typer.echo(f"{'step [s]':<26}" + "".join(f"{step:>9.3g}" for step in study.steps) + "  order  theory")
+    typer.echo(f"{'step [s]':<27}" + "".join(f"{step:>9.3g}" for step in study.steps) + "  order  theory")
     for method in study.methods:
         order = "    -" if method.order is None else f"{method.order:5.2f}"
-        typer.echo(f"{method.solver:<19}64 bit" + " " + "".join(map(_number, method.errors)) + f"  {order}  {method.theory:>6}")
-        typer.echo(f"{'':<19}32 bit" + " " + "".join(map(_number, method.errors32)))
+        typer.echo(f"{method.solver:<20}64 bit" + " " + "".join(map(_number, method.errors)) + f"  {order}  {method.theory:>6}")
+        typer.echo(f"{'':<20}32 bit" + " " + "".join(map(_number, method.errors32)))
     if any(method.order is None for method in study.methods):
         typer.echo("\n-: no order to see; the method is exact here, or all steps are too long for it (inf: it left the finite world)")
 
