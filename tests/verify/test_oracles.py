@@ -127,9 +127,9 @@ def test_what_has_no_law_fails_and_says_why():
 
 def test_an_order_that_cannot_be_measured_fails_and_says_why():
     order = {"type": "convergence_order", "system": "p", "tolerance": 1}
-    (vortex,) = found(order, flow=[VORTEX], coupling="tracer", **ONE)
+    (noise,) = found(order, flow=[{"type": "curl_noise", "amplitude": 1.0, "length": 1.0}], coupling="tracer", **ONE)
     (stranger,) = found({**order, "solver": "verlet"}, flow=[WIND], coupling="tracer", **ONE)
-    assert vortex.verdict == stranger.verdict == "fail" and vortex.remark and "no solver" in stranger.remark
+    assert noise.verdict == stranger.verdict == "fail" and noise.remark and "no solver" in stranger.remark
 
 
 def test_a_hash_of_another_kind_of_device_is_skipped_and_said_to_be():
