@@ -107,6 +107,10 @@ def _mistakes_of(name: str, path: tuple, on: On, systems: Mapping[str, Any]) -> 
         return [Mistake((*path, "of"), f'there is no system "{on.of}"{_known(others)}', ("systems",), nearest(on.of, others))]
     if not hasattr(systems[on.of], "emitters"):
         return [Mistake((*path, "of"), f'nothing is born or dies in "{on.of}": it is a network', ("systems",))]
+    if not hasattr(systems[on.of], "emitters"):
+        others = [other for other in others if hasattr(systems[other], "emitters")]
+        message = f'"{on.of}" is no particle system: nothing of it is born, or dies{_known(others, "particle system")}'
+        return [Mistake((*path, "of"), message, ("systems",))]
     if on.inherit.color and not has_colors(systems[on.of]):
         message = f'"{on.of}" has no colors of its own to inherit: its emitters need a color'
         return [Mistake((*path, "inherit", "color"), message, ("systems",))]
@@ -128,8 +132,8 @@ def _never_collides(path: tuple, on: On, scene: Any) -> list[Mistake]:
     return [Mistake((*path, "event"), message, depends)]
 
 
-def _known(names: list[str]) -> str:
-    return f" (other systems: {listed(names)})" if names else " (the scene has no other system)"
+def _known(names: list[str], kind: str = "system") -> str:
+    return f" (other {kind}s: {listed(names)})" if names else f" (the scene has no other {kind})"
 
 
 def _circles(heard: dict[str, list[Hearing]], systems: Mapping[str, Any]) -> list[Mistake]:
