@@ -87,6 +87,8 @@ def test_a_system_that_meets_no_collider_has_no_collisions(keys, words):
 
 
 def test_what_is_no_particle_system_has_no_events():
-    text = SCENE.lstrip().replace("of: rockets", "of: net") + "  net: {type: springs, points: [[0, 0, 0], [1, 0, 0]], mass: 1, stiffness: 1}\n"
+    text = (
+        SCENE.lstrip().replace("of: rockets", "of: net") + "  net: {type: springs, points: [[0, 0, 0], [1, 0, 0]], mass: 1, stiffness: 1}\n"
+    )
     told = problem_of(text)
-    assert "6:32" in told and '"net" is no particle system: nothing of it is born, or dies (other particle systems: rockets)' in told, told
+    assert "6:32" in told and 'nothing is born or dies in "net", which is of type springs (other particle systems: rockets)' in told, told

@@ -106,10 +106,8 @@ def _mistakes_of(name: str, path: tuple, on: On, systems: Mapping[str, Any]) -> 
     if on.of not in systems:
         return [Mistake((*path, "of"), f'there is no system "{on.of}"{_known(others)}', ("systems",), nearest(on.of, others))]
     if not hasattr(systems[on.of], "emitters"):
-        return [Mistake((*path, "of"), f'nothing is born or dies in "{on.of}": it is a network', ("systems",))]
-    if not hasattr(systems[on.of], "emitters"):
         others = [other for other in others if hasattr(systems[other], "emitters")]
-        message = f'"{on.of}" is no particle system: nothing of it is born, or dies{_known(others, "particle system")}'
+        message = f'nothing is born or dies in "{on.of}", which is of type {systems[on.of].type}{_known(others, "particle system")}'
         return [Mistake((*path, "of"), message, ("systems",))]
     if on.inherit.color and not has_colors(systems[on.of]):
         message = f'"{on.of}" has no colors of its own to inherit: its emitters need a color'
