@@ -15,7 +15,7 @@ from warpsim.kernels.emission import ACTIVE
 FINE = 4  # cells per reach along a row: a run is 2.25 reaches long, not 3
 ALONG = wp.constant(wp.float64(FINE))  # Warp gives a constant one type per function
 SLACK = 1.0 + 2.0**-16  # cells are longer than the reach by more than all roundings of distances and cells
-FARTHEST = wp.constant(wp.float64(2.0**29))  # cells beyond this one count as the last [edges]
+FARTHEST = wp.constant(wp.float64(2.0**62))  # cells beyond this one count as the last [edges]
 LEAST_BITS, MOST_BITS = 10, 28
 LONGEST_RUN = 56  # buckets; the strides keep nine runs of this length apart
 STRIDES = (  # (a, b) for 2^10 … 2^28 buckets; tests/kernels/test_grid.py holds them to what is said above
@@ -59,8 +59,8 @@ def layout_for(grid: Grid, count: int) -> Layout:
 
 @wp.func(inline=True)
 def cell_along(x: float, edges: wp.float64) -> int:
-    """Return the number of the cell along one axis, ⌊x·edges⌋ in float64, so that far from the origin no neighbor is lost."""
-    return int(wp.clamp(wp.floor(wp.float64(x) * edges), -FARTHEST, FARTHEST))
+    """Return the cell's number along one axis, ⌊x·edges⌋ mod 2^32, in float64, so that far from the origin no neighbor is lost."""
+    return int(wp.int64(wp.clamp(wp.floor(wp.float64(x) * edges), -FARTHEST, FARTHEST)))
 
 
 @wp.func(inline=True)

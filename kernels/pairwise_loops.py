@@ -97,7 +97,7 @@ ACCUMULATE = """
         }
         const int cx = C[0], cy = $cell_along(X[1][0], across), cz = $cell_along(X[2][0], across);
         int n = 1;
-        while (n < B && k + n < stop && C[n] >= cx && C[n] - cx <= SPAN && $cell_along(X[1][n], across) == cy
+        while (n < B && k + n < stop && (wp::uint32)C[n] - (wp::uint32)cx <= (wp::uint32)SPAN && $cell_along(X[1][n], across) == cy
                && $cell_along(X[2][n], across) == cz) ++n;
         for (int l = n; l < B; ++l) for (int c = 0; c < 3; ++c) X[c][l] = X[c][0];
         const int length = C[n - 1] - cx + 2 * FINE + 1;

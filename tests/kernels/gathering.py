@@ -49,7 +49,7 @@ def gather(points: np.ndarray, reach: float, device="cpu", native=True, cores=1,
     return neighbors
 
 
-def bits_of(neighbors: Neighbors, count: int) -> int:
+def bits_of(count: int) -> int:
     """The bits of the layout in effect for so many points."""
     return max(10, (2 * count - 1).bit_length())
 

@@ -103,7 +103,7 @@ def test_who_is_not_finite_is_near_nobody(rng):
     good = np.setdiff1d(np.arange(len(points)), bad)
     for way in WAYS:
         neighbors = gather(points, 0.37, **way)
-        order, begin, bits = neighbors.grid.order.numpy(), neighbors.grid.begin.numpy(), bits_of(neighbors, len(points))
+        order, begin, bits = neighbors.grid.order.numpy(), neighbors.grid.begin.numpy(), bits_of(len(points))
         assert begin[1 << bits] == len(good) and begin[(1 << bits) + 1] == len(points)
         assert sorted(order[len(good) : len(points)].tolist()) == sorted(bad.tolist())
         assert sorted(order[: len(good)].tolist()) == good.tolist()
@@ -116,7 +116,7 @@ def test_sorting_is_stable_and_the_same_by_all_ways(rng):
     results = []
     for way in (*WAYS, {"native": True, "cores": 16}, {"native": True, "capacity": 50_000}):
         neighbors = gather(points, 0.37, **way)
-        bits = bits_of(neighbors, len(points))
+        bits = bits_of(len(points))
         bucket, order = neighbors.grid.bucket.numpy()[: len(points)], neighbors.grid.order.numpy()[: len(points)]
         begin = neighbors.grid.begin.numpy()[: (1 << bits) + 2]
         assert (order == np.argsort(bucket, kind="stable")).all()
@@ -124,6 +124,13 @@ def test_sorting_is_stable_and_the_same_by_all_ways(rng):
         assert (neighbors.sorted.numpy()[:, : len(points)] == points[order].T).all()
         results.append((order.tobytes(), begin.tobytes()))
     assert len(set(results)) == 1
+
+
+def test_a_tiny_reach_in_a_wide_world_crowds_no_bucket(rng):
+    """Cells are numbered beyond 32 bits, where a clamped grid has but one. Chance puts 10 of 20 000 into one of 65 536."""
+    points = rng.uniform(-1e4, 1e4, (20_000, 3)).astype(np.float32)
+    begin = gather(points, 1e-6).grid.begin.numpy()[: (1 << bits_of(len(points))) + 1]
+    assert np.diff(begin).max() <= 12 and begin[-1] == len(points)
 
 
 def signed(value: int, total: int) -> int:
