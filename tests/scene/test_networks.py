@@ -72,7 +72,7 @@ def test_a_mistake_is_named_where_it_stands(text, line, says, suggestion):
 
 def test_nothing_is_born_in_a_network():
     text = PAIR + "  p:\n    type: particles\n    emitters: [{on: {event: death, of: s}, burst: {count: 1}}]\n"
-    with pytest.raises(SceneError, match="it is a network"):
+    with pytest.raises(SceneError, match="nothing is born or dies in"):
         load_text(text, "x.yaml")
 
 
