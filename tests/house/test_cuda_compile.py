@@ -18,7 +18,15 @@ def has_kernel(path: Path) -> bool:
 ON_CPU = {"convergence"}  # one particle at a time, in float64
 # Each method has a Warp module of its own: of these families, the members that between them call every formula.
 FAMILIES = {
-    "advance": ("rk4", "tracer_rk4", "abm_pece_4", "tracer_abm_pece_4", "adams_bashforth_3"),
+    "advance": (
+        "rk4",
+        "tracer_rk4",
+        "rk4_among_colliders",
+        "tracer_rk4_among_colliders",
+        "abm_pece_4",
+        "tracer_abm_pece_4",
+        "adams_bashforth_3",
+    ),
     "adaptive": ("abm_pece_4", "tracer_abm_pece_2"),
 }
 OWN = sorted(path.stem for path in FOLDER.glob("[!_]*.py") if has_kernel(path) and path.stem not in ON_CPU | {"adaptive"})
