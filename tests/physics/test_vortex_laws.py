@@ -175,6 +175,15 @@ def test_travel_moves_the_whole_and_the_radius_follows_time():
         np.testing.assert_allclose(moved, probe(primitive).sample(points), rtol=3e-5, atol=1e-6, err_msg=primitive["type"])
 
 
+@pytest.mark.parametrize("model", CORES)
+def test_they_are_finite_at_the_ends_of_the_world(model):
+    """Squares of squares of 1e9 m are 1e36, below the largest float32 of 3e38."""
+    far = [[1e9, -1e9, 1e9], [1e9, 0, 0], [0, 1e9, 0], [1e-20, 0, 0], [0, 0, 0]]
+    origin = {"center": [0, 0, 0], "normal": [0, 1, 0]}
+    for primitive in (ring(model) | origin, ring(model, 1e-6) | origin, ring(model, 1e9) | origin, segment((0, 0, 0), (0, 1e9, 0), model)):
+        assert np.isfinite(probe(primitive).sample(far)).all()
+
+
 def test_a_radius_below_zero_is_no_ring_and_one_that_is_no_number_is_answered():
     flow = probe(ring(radius={"expression": "t - 1"}))
     points = CENTER + np.random.default_rng(8).normal(size=(20, 3))
