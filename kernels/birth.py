@@ -20,6 +20,7 @@ from warpsim.kernels.random import (
     uniform_positive,
     uniform_signed,
 )
+from warpsim.kernels.signals import sample_signal
 
 SMALLEST_LIFETIME = wp.constant(1.0e-6)  # [s]: "lifetimes are clipped to > 0"
 SMALLEST_BULK = wp.constant(1.0e-12)  # [kg], [m]
@@ -143,6 +144,16 @@ def born_age(emitter: Emitter, ordinal: wp.int64, segment: Segment, j: int, fram
     return wp.clamp(segment.age - segment.width * (float(j) + jitter), 0.0, frame_time)
 
 
+@wp.func
+def travelled(births: Births, emitter: Emitter, age: float, x: wp.vec3) -> wp.vec3:
+    """Return x displaced as the emitter was when a particle was born that has this age at the frame's end [m]."""
+    t = wp.float64(births.clock[0]) / births.fps - wp.float64(age)
+    dx = float(sample_signal(births.signals, emitter.travel[0], t))
+    dy = float(sample_signal(births.signals, emitter.travel[1], t))
+    dz = float(sample_signal(births.signals, emitter.travel[2], t))
+    return x + wp.vec3(dx, dy, dz)
+
+
 @wp.func(inline=True)
 def born_lifetime(emitter: Emitter, ordinal: wp.int64) -> float:
     """Return a lifetime, clipped to > 0 [s]."""
@@ -191,10 +202,14 @@ def emit_particle(i: int, j: int, id: wp.int64, births: Births, segment: Segment
     """Fill slot i with birth j of a segment."""
     emitter = births.emitters[segment.emitter]
     ordinal = segment.ordinal + wp.int64(j)
-    write3(particles_out.position, i, born_position(emitter, ordinal))
+    age = born_age(emitter, ordinal, segment, j, float(wp.float64(1.0) / births.fps))
+    x = born_position(emitter, ordinal)
+    if emitter.travel[0] >= 0:
+        x = travelled(births, emitter, age, x)
+    write3(particles_out.position, i, x)
     write3(particles_out.velocity, i, born_velocity(emitter, ordinal))
     particles_out.birth_frame[i] = int(births.clock[0])
-    particles_out.birth_age[i] = born_age(emitter, ordinal, segment, j, float(wp.float64(1.0) / births.fps))
+    particles_out.birth_age[i] = age
     particles_out.lifetime[i] = born_lifetime(emitter, ordinal)
     particles_out.mass[i] = born_mass(emitter, ordinal)
     particles_out.radius[i] = born_radius(emitter, ordinal)

@@ -14,9 +14,8 @@ from warpsim.kernels.signals import Signals, sample_signal
 UNIFORM, SCALED_UNIFORM, NORMAL, POISSON = range(4)
 COUNT_LAWS = {"uniform": UNIFORM, "scaled_uniform": SCALED_UNIFORM, "normal": NORMAL, "poisson": POISSON}
 VALUE_LAWS = {"uniform": UNIFORM, "normal": NORMAL}
-LIVE, ACTIVE, BORN, REFUSED, KILLED, NEXT_ID, FAULT, CHILDREN, PUSHED, COARSE, COUNTER_COUNT = range(
-    11
-)  # a population's counters, int64, on the device
+# A population's counters, int64, on the device.
+LIVE, ACTIVE, BORN, REFUSED, KILLED, NEXT_ID, FAULT, CHILDREN, PUSHED, COARSE, COUNTER_COUNT = range(11)
 MOST_BIRTHS = wp.constant(wp.float64(1.0e12))  # in one interval: what can be counted, far beyond what can be born
 
 
@@ -45,6 +44,7 @@ class Emitter:
     bitangent: wp.vec3
     mesh: MeshTable  # empty for other shapes
     turn: wp.mat33  # of a mesh: rotation times scale [1]
+    travel: wp.vec3i  # signals of its displacement [m]; -1: it stays
     direction: wp.vec3  # unit vector of the cone's axis, with two unit vectors across
     across: wp.vec3
     beyond: wp.vec3

@@ -17,6 +17,7 @@ from warpsim.kernels.birth import (
     event_segment,
     first_id,
     inherit,
+    travelled,
 )
 from warpsim.kernels.emission import ACTIVE, BORN, LIVE, Births, Particles, Plan, Segment
 from warpsim.kernels.loops import share, snippet
@@ -36,6 +37,10 @@ EMIT = """
     switch (emitter.shape) { SHAPE_CASES }
     EACH(const vec v = $born_velocity(emitter, ordinal); for (int c = 0; c < 3; ++c) V[i + c * S] = v[c];)
     EACH(particles.birth_age.data[i] = $born_age(emitter, ordinal, segment, j, frame_time); particles.birth_frame.data[i] = frame;)
+    if (emitter.travel[0] >= 0) for (int i = slot + begin; i < slot + end; ++i) {
+        const vec x = $travelled(births, emitter, particles.birth_age.data[i], vec(P[i], P[i + S], P[i + 2 * S]));
+        for (int c = 0; c < 3; ++c) P[i + c * S] = x[c];
+    }
     EACH(particles.lifetime.data[i] = $born_lifetime(emitter, ordinal); particles.mass.data[i] = $born_mass(emitter, ordinal);)
     EACH(particles.radius.data[i] = $born_radius(emitter, ordinal);)
     for (int n = begin; n < end; ++n) {
@@ -59,7 +64,7 @@ SHAPE_CASES = " ".join(f"case {k}: PLACE(${formula.func.__name__}(emitter, ordin
 SHAPE_CASES = SHAPE_CASES.replace("PLACE($born_mesh(", "SEARCH($born_mesh(")  # it searches: no loop to vectorize
 EMIT = EMIT.replace("SHAPE_CASES", SHAPE_CASES)
 EMIT = EMIT.replace("LINEAGE_CHANNEL", str(LINEAGE))
-VALUES = (born_velocity, born_age, born_lifetime, born_mass, born_radius, born_tint, random_words)
+VALUES = (born_velocity, born_age, born_lifetime, born_mass, born_radius, born_tint, random_words, travelled)
 
 
 @wp.func_native(snippet(EMIT, *SHAPES.values(), *VALUES))

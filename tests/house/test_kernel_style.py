@@ -102,7 +102,7 @@ def test_kernel_function_marks_what_it_writes(path, node):
 
 @each_module
 def test_kernel_module_has_nothing_static(path):
-    """Warp 1.19 hashes a wp.static in an unrolled loop only once it has been built: a module's name in the cache would depend on the past."""
+    """Warp 1.19 hashes a wp.static in an unrolled loop only once it is built: a module's name in the cache would depend on the past."""
     assert not [n.lineno for n in ast.walk(TREES[path]) if isinstance(n, ast.Call) and ast.unparse(n.func) == "wp.static"]
 
 

@@ -64,7 +64,8 @@ def emitters(live: int) -> list[dict]:
         place = {"type": shape, **EXTENTS.get(shape, {}), **({"fill": fill} if fill else {})}
         law, value = list(COUNT_LAWS)[number % len(COUNT_LAWS)], list(VALUE_LAWS)[number % len(VALUE_LAWS)]
         rate = {"mean": 0.5 * live + 50.0, "spread": 0.2 * live, "law": law}
-        rest.append({**born, "shape": place, "rate": rate, "lifetime": values(0.1, value), "mass": values(1e-3, "uniform"), "radius": 1e-3})
+        one = {**born, "shape": place, "rate": rate, "lifetime": values(0.1, value), "mass": values(1e-3, "uniform"), "radius": 1e-3}
+        rest.append(one | ({"travel": [SINE, {"expression": "0.3*t^2"}, 0.1]} if number % 2 else {}))
     return [first, *rest]
 
 

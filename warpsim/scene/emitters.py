@@ -23,7 +23,7 @@ from warpsim.scene.base import (
 )
 from warpsim.scene.events import On
 from warpsim.scene.look import Color, is_color
-from warpsim.scene.strengths import STRENGTH_KEYS, Formula, Keyframes, PositiveStrength, Sine
+from warpsim.scene.strengths import STRENGTH_KEYS, Formula, Keyframes, PositiveStrength, Sine, Strength
 
 Length = Annotated[Number, Field(gt=0.0, le=LARGEST_COORDINATE)]
 
@@ -174,6 +174,11 @@ class Emitter(Spec):
     )
     on: On | None = Field(
         None, description="Gives birth at each event of another system instead; shape and center are then relative to its place."
+    )
+    travel: tuple[Strength, Strength, Strength] | None = Field(
+        None,
+        description="How far the whole of it is from where it is written, along x, y and z, each a strength, at the moment of each birth; "
+        "the particles do not take on its velocity; absent: it stays [m].",
     )
     velocity: Velocity | None = Field(None, description="Velocity at birth; absent: at rest.")
     lifetime: PositiveMean = Field(Distribution(mean=5.0), description="Time from birth to death; drawn values are clipped to above 0 [s].")

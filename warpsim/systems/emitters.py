@@ -6,7 +6,7 @@ import math
 import numpy as np
 import warp as wp
 
-from warpsim.environment import SignalTable, unit
+from warpsim.environment import SignalTable, strength_signals, unit
 from warpsim.kernels import birth, emission
 from warpsim.launch import Stage
 from warpsim.memory import pieces
@@ -95,6 +95,7 @@ def emitter_row(spec: Emitter, key: wp.vec2ui, table: SignalTable, beginning: fl
     """Make an emitter's row; `beginning` is the simulation's first moment [s]."""
     row, velocity = emission.Emitter(), spec.velocity or REST
     row.key, row.mean, row.spread, row.log = key, -1, -1, -1
+    row.travel = wp.vec3i(-1, -1, -1) if spec.travel is None else strength_signals(spec.travel, table)
     row.start = beginning if spec.start is None else max(beginning, spec.start)
     row.stop, row.interval = FOREVER if spec.stop is None else spec.stop, frame_time
     if spec.rate is not None:
