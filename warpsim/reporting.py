@@ -81,6 +81,7 @@ class Reporter:
         self._due = time.perf_counter() + REPORT_PERIOD
         self._overflowing: set[str] = set()
         self._inexact: set[str] = set()
+        self._pushed: set[str] = set()
 
     def report_if_due(self) -> None:
         """Tell how far the run is, a few times a second, with the speed since the last report."""
@@ -106,6 +107,10 @@ class Reporter:
         for name in [name for name, numbers in statistics.items() if numbers.get("inexact") and name not in self._inexact]:
             self._inexact.add(name)
             self._audience.note(f"{name} at frame {story.index}: the most substeps do not keep the tolerance {inexactly(name)}")
+        for name in [name for name, numbers in statistics.items() if numbers.get("pushed") and name not in self._pushed]:
+            self._pushed.add(name)
+            words = "particles that begin inside a collider are put on its surface (move the emitter or the collider)"
+            self._audience.note(f"{name} at frame {story.index}: {words}")
         frame_time = busy / max(1, made)
         speed = 1.0 / (story.scene.time.fps * max(frame_time, 1e-9))
         return Report(story.index, self._frame_count, story.time, frame_time, speed, statistics)

@@ -237,8 +237,9 @@ class Simulation:
     def statistics(self) -> dict[str, dict[str, float]]:
         """Return by system: live particles, births so far, refused for want of room, killed beyond the extent, kinetic energy [J].
 
-        Where emitters listen to events: children, how many of the births were of these. Where particles choose their substeps: their mean
-        number per frame, and inexact, in how many frames of a particle even the most substeps did not keep the tolerance.
+        Among colliders: pushed, how often a particle began inside one and was put on its surface. Where emitters listen to events:
+        children, how many of the births were of these. Where particles choose their substeps: their mean number per frame, and inexact,
+        in how many frames of a particle even the most substeps did not keep the tolerance.
         Of networks: elastic energy [J].
         """
         result = {}

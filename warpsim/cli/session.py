@@ -88,6 +88,8 @@ def _tell(outcome: Outcome, settings: Settings, audience: PlainLines) -> None:
     for name, numbers in report.statistics.items() if report else ():
         if numbers["refused"]:
             audience.note(f"{name}: {numbers['refused']} births were refused for lack of room (systems.{name}.capacity)")
+        if numbers.get("pushed"):
+            audience.note(f"{name}: {numbers['pushed']} times a particle began inside a collider and was put on its surface")
         if numbers.get("inexact"):
             words = f"{name}: the tolerance was not kept in {numbers['inexact']} frames of particles, counted one by one"
             audience.note(f"{words} {inexactly(name)}")

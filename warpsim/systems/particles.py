@@ -147,8 +147,10 @@ class Particles:
         self.population.clear()
 
     def statistics(self) -> dict[str, float]:
-        """Return what there is to tell besides counts and kinetic energy: children of events, and how substeps were chosen."""
+        """Return what there is to tell besides counts and kinetic energy: children, pushes out of colliders, how substeps were chosen."""
         numbers = {"children": self.population.counter("children")} if any(emitter.on for emitter in self.spec.emitters) else {}
+        if self.surroundings.colliders.shape[1]:
+            numbers["pushed"] = self.population.counter("pushed")
         if self.care is not None:
             chosen = np.exp2(self.population.host("level"))
             numbers |= {"substeps": float(chosen.mean()) if len(chosen) else 0.0, "inexact": self.population.counter("coarse")}
