@@ -86,6 +86,7 @@ MUTATIONS = (
     Mutation("ballistic_position", "kernels/integration.py", "(0.5 * t)", "(0.505 * t)", {"ballistic": "top throw", "sink_drain": "jet"}),
     Mutation("restitution", "kernels/response.py", "- n * (c.restitution * wn)", "- n * (1.01 * c.restitution * wn)",
              {"colliders": "ground ball", "billiard": "kept"}),
+    Mutation("friction", "kernels/response.py", "brake = c.friction *", "brake = 1.01 * c.friction *", {"colliders": "slide"}),
     Mutation("keyframes", "kernels/signals.py", "a[1] + (b[1] - a[1])", "a[1] + wp.float64(1.01) * (b[1] - a[1])",
              {"strengths": "keyframes"}),
     Mutation("sine", "kernels/signals.py", "s.mean + s.amplitude *", "s.mean + wp.float64(1.01) * s.amplitude *",
