@@ -2,14 +2,14 @@
 
 import pytest
 
-from tests.scene.samples import EVERYTHING
+from tests.scene.samples import EVERYTHING, FOLDER
 from tests.scene.typing_mistakes import ALL, Mistyped
 from warpsim.scene import SceneError, load_text
 
 
 def problems_of(text: str, overrides=()) -> list:
     with pytest.raises(SceneError) as error:
-        load_text(text, "scene.yaml", overrides)
+        load_text(text, "scene.yaml", overrides, folder=FOLDER)
     return error.value.problems
 
 

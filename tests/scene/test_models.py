@@ -26,7 +26,7 @@ def test_the_smallest_scene_has_every_default():
 
 
 def test_everything_is_read_as_meant():
-    scene = load_text(EVERYTHING)
+    scene = load_text(EVERYTHING, folder=FOLDER)
     sparks = scene.systems["sparks"]
     assert sparks.capacity == 200_000 and type(sparks.capacity) is int and sparks.method == "verlet" and sparks.coupling.alpha == 0.02
     assert sparks.feels.flow == ("swirl", 0) and sparks.feels.forces == ("sun",) and sparks.feels.gravity is True

@@ -2,12 +2,12 @@
 
 import pytest
 
-from tests.scene.samples import EVERYTHING
+from tests.scene.samples import EVERYTHING, FOLDER
 from warpsim.scene import SceneError, load_text
 
 
 def changed(*overrides: str):
-    return load_text(EVERYTHING, "s.yaml", overrides)
+    return load_text(EVERYTHING, "s.yaml", overrides, folder=FOLDER)
 
 
 @pytest.mark.parametrize(
