@@ -41,6 +41,7 @@ def problem_of(text: str) -> str:
         ("burst: {count: 3}", "lifetime: 3", "6:9", "burst: {count: …} is missing"),
         ("burst: {count: 3}", "burst: {count: 3}\n        rate: 3", "8:15", "has no rate"),
         ("burst: {count: 3}", "burst: {count: 3}\n        stop: 3", "8:15", "has no stop"),
+        ("burst: {count: 3}", "burst: {count: 3}\n        travel: [1, 0, 0]", "8:17", "does not travel"),
         ("of: rockets}", "of: rockets, inherit: {color: true}}", "6:58", '"rockets" has no colors of its own'),
         ("of: rockets}", "of: rockets, inherit: {velocity: 2}}", "6:61", "from 0 to 1"),
         ("emitters: [{rate: 1}]", "emitters: [{rate: 1, color: [[1, 0]]}]", "10:", "color"),

@@ -210,6 +210,10 @@ class Emitter(Spec):
         for key in ("rate", "start", "stop"):
             if getattr(self, key) is not None:
                 found.append(Mistake((key,), f"the events say when: an emitter that listens has no {key} (leave out {key} or on)", ("on",)))
+        if self.travel is not None:
+            found.append(
+                Mistake(("travel",), "the events say where: an emitter that listens does not travel (leave out travel or on)", ("on",))
+            )
         if not self.burst:
             found.append(Mistake((), "burst: {count: …} is missing: how many are born at each event", ("burst", "on")))
         elif len(self.burst) > 1:
