@@ -31,9 +31,9 @@ class MemoryLimitError(SceneError):
 
 def estimate_memory(scene: Scene) -> int:
     """Return the bytes a simulation of the scene will take on its device, snapshots for the last good state included."""
-    total = 0
+    total, advised = 0, network_advice(scene)
     for name, system in scene.systems.items():
-        count = substep_count(system, scene.time)
+        count = advised[name].chosen if name in advised else substep_count(system, scene.time)
         total += (2 * count + 1) * (flow_row_count(scene) + len(scene.forces)) * BYTES_PER_PRIMITIVE
         total += (2 * count + 2) * len(scene.colliders) * BYTES_PER_COLLIDER
         if isinstance(system, Network):
@@ -60,6 +60,15 @@ def grid_memory(spec, place: int) -> int:
     from warpsim.grids import grid_bytes  # imports NumPy
 
     return 2 * grid_bytes(spec.file.path, f"flow.{place}.file", spec.array)
+
+
+def network_advice(scene: Scene) -> dict:
+    """Return what the springs of each network stand, by name; without networks nothing is imported for it."""
+    if not any(isinstance(system, Network) for system in scene.systems.values()):
+        return {}
+    from warpsim.stability import scene_advice  # imports NumPy
+
+    return scene_advice(scene)
 
 
 def network_memory(system: Network) -> int:

@@ -99,6 +99,9 @@ def run_scene(scene, settings: Settings, audience: Audience, stop: Interruption)
         simulation = playback = None
         try:
             simulation = _built(scene, device, settings.threads, audience, viewer)
+            for name, advice in simulation.advice.items():
+                if not advice.sufficient:
+                    audience.note(f"{name}: {advice}")
             simulation.changes = [Change(*change) for change in settings.changes]
             if recorder:
                 recorder.begin(settings.record_text(scene, device, simulation.threads), recorded_assets(scene))

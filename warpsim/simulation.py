@@ -19,7 +19,9 @@ from warpsim.poses import Poses
 from warpsim.probes import FlowProbe
 from warpsim.scene import Scene
 from warpsim.scene.events import in_order
+from warpsim.stability import Advice
 from warpsim.systems.cloth import Cloth
+from warpsim.systems.networks import NetworkSystem
 from warpsim.systems.particles import Particles
 from warpsim.systems.springs import Springs
 
@@ -225,6 +227,11 @@ class Simulation:
         for name, system in self.systems.items():
             system.restore(state["systems"][name])
 
+    @property
+    def advice(self) -> dict[str, Advice]:
+        """What the springs of each network stand, by name: the substeps per frame that it needs, and that it has."""
+        return {name: system.advice for name, system in self.systems.items() if isinstance(system, NetworkSystem)}
+
     def state_hash(self) -> str:
         """Return a hex digest of the full state: equal for equal scene, seed and version on one kind of device."""
         digest = hashlib.blake2b(str(self.index).encode(), digest_size=16)
@@ -290,7 +297,4 @@ class Simulation:
             good = (np.abs(state[:3]) <= self.scene.limits.extent).all(axis=0) & np.isfinite(state).all(axis=0)
         words = system.population.host("id").astype(np.uint64)
         ids = (words[0] | (words[1] << np.uint64(32)))[~good]
-        substep_count = system.pace.substep_count
-        finer = system.finer
-        suggestion = f"try {finer}: {2 * substep_count} for this system, or weaker forces"
-        return UnstableError(name, [int(i) for i in ids], self.index, self.time, suggestion)
+        return UnstableError(name, [int(i) for i in ids], self.index, self.time, system.remedy)

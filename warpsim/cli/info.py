@@ -1,5 +1,6 @@
 """info: one scene, or one field of scenes with its unit, default and range."""
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -46,16 +47,32 @@ def _scene_file(name: str) -> Path | None:
 def _scene_as_data(path: Path) -> dict[str, object]:
     from warpsim.memory import estimate_memory
     from warpsim.scene import load_scene
+    from warpsim.stability import scene_advice
 
     scene = load_scene(path)
-    return {"file": str(path), "memory_bytes": estimate_memory(scene), "scene": scene.model_dump(mode="json", by_alias=True)}
+    stability = {
+        name: {
+            "longest_substep": None if advice.longest == math.inf else advice.longest,
+            "least_substeps": advice.least,
+            "substeps": advice.chosen,
+        }
+        for name, advice in scene_advice(scene).items()
+    }
+    return {
+        "file": str(path),
+        "memory_bytes": estimate_memory(scene),
+        "stability": stability,
+        "scene": scene.model_dump(mode="json", by_alias=True),
+    }
 
 
 def _scene_facts(path: Path) -> dict[str, object]:
     from warpsim.memory import GIB, estimate_memory
     from warpsim.scene import load_scene
+    from warpsim.stability import scene_advice  # imports NumPy
 
     scene = load_scene(path)
+    advice = scene_advice(scene)
     prewarm = f", after {scene.time.prewarm:g} s of prewarm" if scene.time.prewarm else ""
     facts = {
         "name": scene.name,
@@ -68,17 +85,17 @@ def _scene_facts(path: Path) -> dict[str, object]:
         "obstacles": [_entry(entry) for entry in scene.obstacles],
         "forces": [_entry(entry) for entry in scene.forces],
         "colliders": [_entry(entry) for entry in scene.colliders],
-        "systems": [_system(name, system) for name, system in scene.systems.items()],
+        "systems": [_system(name, system, advice) for name, system in scene.systems.items()],
         "controls": [f"{slider.label}: {slider.min:g} to {slider.max:g} ({slider.path})" for slider in scene.sliders],
         "memory": f"about {max(estimate_memory(scene) / GIB, 0.01):.2f} GiB",
     }
     return {key: value for key, value in facts.items() if value not in ("", [])}
 
 
-def _system(name: str, system) -> str:
+def _system(name: str, system, advice: dict[str, object]) -> str:
     if system.type != "particles":
         size = "a mesh's points and edges" if system.point_count is None else f"{system.point_count} points, {system.spring_count} springs"
-        return f"{name}: {system.type}, {size}, {system.method}"
+        return f"{name}: {system.type}, {size}, {system.method}; {advice[name]}"
     motion = "ballistic" if system.motion == "ballistic" else "tracer" if system.coupling == "tracer" else system.method
     return f"{name}: {system.type}, capacity {system.capacity}, {motion}, {len(system.emitters)} emitter(s)"
 

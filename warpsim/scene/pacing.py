@@ -1,4 +1,4 @@
-"""Substeps: so many per frame, or `auto`, where each particle takes as many as its tolerance asks for."""
+"""Substeps: so many per frame, or `auto`: each particle as many as its tolerance asks for, a network as many as its springs do."""
 
 from typing import Annotated, Any, Literal
 
@@ -25,7 +25,7 @@ def is_adaptive(spec, time) -> bool:
 
 
 def substep_count(spec, time) -> int:
-    """Return a system's substeps per frame; of one that chooses, the most that it takes."""
+    """Return a system's substeps per frame; of particles that choose, the most that they take; of a network that chooses, 1."""
     if is_adaptive(spec, time):
         return spec.max_substeps or MOST_SUBSTEPS
     return 1 if (spec.substeps or time.substeps) == "auto" else spec.substeps or time.substeps
@@ -37,9 +37,10 @@ def pacing_mistakes(scene) -> list[Mistake]:
     for name, spec in scene.systems.items():
         place = ("systems", name)
         if spec.type != "particles":
-            if (spec.substeps or scene.time.substeps) == "auto":
+            if (spec.substeps or scene.time.substeps) == "auto" and spec.method == "euler":
                 where = (*place, "substeps") if spec.substeps else ("time", "substeps")
-                found.append(Mistake(where, f"substeps: auto is for particles, but {name} is a network: give it a number of substeps"))
+                words = f"no number of substeps is enough for {name}: with euler whatever swings grows (take another solver)"
+                found.append(Mistake(where, words, ("solver", "substeps")))
             continue
         if not is_adaptive(spec, scene.time):
             for key in ("tolerance", "max_substeps"):

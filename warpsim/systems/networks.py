@@ -16,8 +16,8 @@ from warpsim.launch import Stage
 from warpsim.networks import Net, point_masses, spring_numbers
 from warpsim.population import FIELDS, Population
 from warpsim.scene import Scene
-from warpsim.scene.pacing import substep_count
 from warpsim.scene.strengths import Keyframes
+from warpsim.stability import Advice, advice_for, checked_advice
 from warpsim.systems.pairs import substep_of
 from warpsim.systems.points import PointPacker
 
@@ -38,12 +38,10 @@ class NetworkSystem(ABC):
     `net` holds the points where they start and what joins them.
     """
 
-    finer = "substeps"  # key that makes its steps shorter
-
     def __init__(self, name: str, spec, scene: Scene, environment: Environment, clock: wp.array, net: Net):
-        self.name, self.spec, self.net, self._clock, self._fps = name, spec, net, clock, scene.time.fps
+        self.name, self.spec, self.net, self._scene, self._clock, self._fps = name, spec, net, scene, clock, scene.time.fps
         self.method = SECOND_ORDER_FORM[spec.solver]
-        count = substep_count(spec, scene.time)
+        count = checked_advice(name, spec, scene, net).chosen
         self.population = Population(len(net.points), FIELDS | PointPacker.fields(spec.look), environment.device)
         self._opening = int(clock.numpy()[0]) + 1  # number of the first frame; the motion begins at its end
         self.surroundings = Surroundings(environment, self._felt(spec, environment), 2 * count + 1, 0.5 / (self._fps * count))
@@ -167,12 +165,26 @@ class NetworkSystem(ABC):
 
     def change(self, spec, scene: Scene, environment: Environment) -> None:
         """Take the numbers of another spec of the same structure, in place; the environment has changed already."""
-        self.spec = spec
+        self.spec, self._scene = spec, scene
         self.surroundings.change(*self._felt(spec, environment))
         self.population.field("mass").assign(spread(point_masses(spec, self.net), self.population.capacity, 1.0))
         self.population.field("radius").fill_(spec.radius)
         self._pin_rows(spec)[1].write(self._pins.signals)
         self.points.change(spec.look)
+
+    @property
+    def advice(self) -> Advice:
+        """What its springs stand as they are now, and the substeps that it has."""
+        return advice_for(self.spec, self._scene, self.net)._replace(chosen=self.pace.substep_count)
+
+    @property
+    def remedy(self) -> str:
+        """What to try where it blows up."""
+        advice = self.advice
+        if advice.least > advice.chosen:
+            stand = f"its springs stand {advice.longest:.3g} s"
+            return f"try substeps: {advice.least} for this system, or auto: {stand}; or weaker springs, more mass"
+        return f"try substeps: {2 * advice.chosen} for this system, or weaker forces" if advice.least else str(advice)
 
     def reset(self) -> None:
         """Put the network back to where it started."""

@@ -66,7 +66,6 @@ class Particles:
         self.method = method_of(spec)
         count = substep_count(spec, scene.time)
         self.care = care_of(spec, environment.device) if is_adaptive(spec, scene.time) else None
-        self.finer = "substeps" if self.care is None else "max_substeps"  # key that makes its steps shorter
         ballistic = self.method is Ballistic
         heard = events_of(name, scene.systems)
         fields = FIELDS | (BIRTH_STATE if ballistic else {}) | history_fields(self.method, self.care is not None)
@@ -141,6 +140,12 @@ class Particles:
             self.pairs.change(environment.laws(spec.feels))
         self.emission.change(spec, scene)
         self.points.change(spec.look)
+
+    @property
+    def remedy(self) -> str:
+        """What to try where it blows up."""
+        key = "substeps" if self.care is None else "max_substeps"
+        return f"try {key}: {2 * self.pace.substep_count} for this system, or weaker forces"
 
     def reset(self) -> None:
         """Remove all particles; the emitters go on."""
