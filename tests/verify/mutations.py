@@ -29,7 +29,6 @@ class Mutation(NamedTuple):
     """Scene -> oracles, separated by blanks."""
 
 
-SPRINGS = "kernels/springs.py"
 FLOW, VORTICES, FORCES, BIRTH = "kernels/flow.py", "kernels/vortices.py", "kernels/forces.py", "kernels/birth.py"
 MUTATIONS = (
     Mutation("uniform", FLOW, "    return p.strength\n", "    return p.strength * 1.01\n",
@@ -111,12 +110,9 @@ MUTATIONS = (
     Mutation("disc", BIRTH, "r = emitter.radius *", "r = 1.01 * emitter.radius *", {"emitter_shapes": "disc"}),
     Mutation("sphere", BIRTH, "(emitter.radius * wp.max(largest", "(1.01 * emitter.radius * wp.max(largest", {"emitter_shapes": "ball"}),
     Mutation("box", BIRTH, "wp.cw_mul(h, wp.vec3(x, y, z))", "wp.cw_mul(h * 1.01, wp.vec3(x, y, z))", {"emitter_shapes": "box faces"}),
-<<<<<<< HEAD
     Mutation("mesh_surface", BIRTH, "emitter.turn * on_surface(", "emitter.turn * 1.01 * on_surface(", {"mesh_emitter": "skin"}),
     Mutation("mesh_volume", BIRTH, "emitter.turn * in_volume(", "emitter.turn * 1.01 * in_volume(", {"mesh_emitter": "inside"}),
-=======
     Mutation("air", "kernels/cloth.py", "area * (g * wp.dot", "area * (1.01 * g * wp.dot", {"cloth": "drift"}),
->>>>>>> 13eee54 (The stability advisor: the longest substep of each network, told by info and run, taken by substeps: auto, named by a blow-up)
 )  # fmt: skip
 
 
