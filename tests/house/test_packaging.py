@@ -88,7 +88,7 @@ def test_pyproject_lists_every_package():
 
 def test_wheel_carries_kernels_and_scenes_and_nothing_else(wheel):
     names = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
-    kept = {"kernels": ("py",), "scenes": ("yaml", "obj", "npz"), "warpsim": ("py", "html", "js")}
+    kept = {"kernels": ("py",), "scenes": ("yaml", "obj", "ply", "npz"), "warpsim": ("py", "html", "js")}
     files = [path for room, kinds in kept.items() for kind in kinds for path in (ROOT / room).rglob(f"*.{kind}")]
     paths = {str(path.relative_to(ROOT)) for path in files}
     assert names == {path if path.startswith("warpsim/") else f"warpsim/{path}" for path in paths}

@@ -87,6 +87,7 @@ def _scene_facts(path: Path) -> dict[str, object]:
         "colliders": [_entry(entry) for entry in scene.colliders],
         "systems": [_system(name, system, advice) for name, system in scene.systems.items()],
         "controls": [f"{slider.label}: {slider.min:g} to {slider.max:g} ({slider.path})" for slider in scene.sliders],
+        "verify": [_entry(oracle) for oracle in scene.verify],
         "memory": f"about {max(estimate_memory(scene) / GIB, 0.01):.2f} GiB",
     }
     return {key: value for key, value in facts.items() if value not in ("", [])}
