@@ -23,7 +23,7 @@ class Collider:
     moves: int  # 1: center or rotation vary in time
     restitution: float
     friction: float
-    radius: float  # sphere, capsule [m]; mesh: half the thickness of a sheet, 0 for a solid
+    radius: float  # sphere, capsule [m]; plane: how far particles are kept from it [m]; mesh: half the thickness of a sheet, 0 for a solid
     axis: wp.vec3  # plane: normal; capsule: from its middle to its end [m]
     half: wp.vec3  # box: half edges; mesh: those of the box round it [m]
     middle: wp.vec3  # mesh: center of that box in its own frame [m]

@@ -87,8 +87,8 @@ def box_distance(q: wp.vec3, half: wp.vec3) -> float:
 
 @wp.func(inline=True)
 def plane_clearance(c: Collider, q: wp.vec3) -> float:
-    """Return g = n·q."""
-    return wp.dot(c.axis, q)
+    """Return g = n·q − r, r what is kept from it."""
+    return wp.dot(c.axis, q) - c.radius
 
 
 @wp.func(inline=True)
@@ -189,7 +189,7 @@ def measure_gap(c: Collider, q: wp.vec3) -> Gap:
     """Return the gap and the normal at the nearest point of any collider but a mesh."""
     gap = Gap()
     if c.kind == PLANE:
-        gap.g = wp.dot(c.axis, q)
+        gap.g = wp.dot(c.axis, q) - c.radius
         gap.n = c.axis
         return gap
     if c.kind == BOX:

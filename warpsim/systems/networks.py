@@ -10,7 +10,7 @@ from warpsim.environment import Environment, SignalTable, Surroundings
 from warpsim.frame import SystemFrame
 from warpsim.integrators import SECOND_ORDER_FORM
 from warpsim.kernels import emission, integration, springs
-from warpsim.kernels.collider import BOUNCE
+from warpsim.kernels.collider import BOUNCE, BOX, Collider
 from warpsim.kernels.environment import KILL, RESET
 from warpsim.launch import Stage
 from warpsim.networks import Net, point_masses, spring_numbers
@@ -88,7 +88,7 @@ class NetworkSystem(ABC):
         """Return what the network feels. No point of it is ever removed: where points would be killed it starts anew as a whole."""
         row, flow, forces, colliders = environment.felt(spec.feels, spec.coupling)
         row.policy = RESET if row.policy == KILL else row.policy
-        return row, flow, forces, [collider for collider in colliders if collider.action == BOUNCE]
+        return row, flow, forces, [thickened(one, spec.thickness) for one in colliders if one.action == BOUNCE]
 
     def _pin_rows(self, spec) -> tuple[springs.Pins, SignalTable]:
         device, table, motion = self.population.device, SignalTable(), {}
@@ -201,6 +201,18 @@ class NetworkSystem(ABC):
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Take back a state made by save()."""
         self.population.restore(state)
+
+
+def thickened(row: Collider, thickness: float) -> Collider:
+    """Return a collider's row grown by a thickness [m] on the side where points may be; a mesh becomes one with two sides."""
+    grown = Collider()
+    for name in Collider.vars:
+        setattr(grown, name, getattr(row, name))
+    if row.kind == BOX:
+        grown.half = wp.vec3(*(max(edge + (-thickness if row.inside else thickness), 1e-6) for edge in row.half))
+    elif thickness:
+        grown.radius = max(row.radius + (-thickness if row.inside else thickness), 1e-6)
+    return grown
 
 
 def spread(values: np.ndarray, capacity: int, rest: float = 0.0) -> np.ndarray:
