@@ -31,18 +31,13 @@ def verify_scene(scene, device: str, threads: int | None = None, built: Callable
             findings[k] = Finding(name_of(k, oracle), oracle.type, "skipped", expected=oracle.expect, remark=remark, reason=oracle.reason)
         else:
             measurers[k] = measurer_of(oracle, scene)
-    probes = [measurer for measurer in measurers.values() if isinstance(measurer, FlowMeasurer)]
-    if probes:
-        flow = built(lambda: FlowProbe(Environment(scene, device), lambda: 0.0))
-        for measurer in probes:
-            with np.errstate(all="ignore"):
-                measurer.probe(flow)
+    probe([measurer for measurer in measurers.values() if isinstance(measurer, FlowMeasurer)], scene, device, built)
     blown_up: dict[StoryMeasurer, UnstableError] = {}
     for story in stories(measurers.values()):
         try:
             play(built(lambda story=story: Simulation(staged(scene, story), device, threads)), story)
-        except UnstableError as error:
-            blown_up |= dict.fromkeys(story, error)
+        except UnstableError as error:  # who has seen all frames before it has an answer
+            blown_up |= {measurer: error for measurer in story if measurer.frames.last >= error.index and not measurer.satisfied}
     for k, measurer in measurers.items():
         name, oracle = name_of(k, measurer.oracle), measurer.oracle
         if measurer in blown_up:
@@ -52,6 +47,15 @@ def verify_scene(scene, device: str, threads: int | None = None, built: Callable
             with np.errstate(all="ignore"):  # what is not a number fails, without a word from NumPy
                 findings[k] = judged(name, oracle, measurer.reading())
     return [findings[k] for k in sorted(findings)]
+
+
+def probe(measurers: list[FlowMeasurer], scene, device: str, built: Callable[[Callable[[], Any]], Any]) -> None:
+    """Let all that measure the flow alone do so; it needs no simulation."""
+    if measurers:
+        flow = built(lambda: FlowProbe(Environment(scene, device), lambda: 0.0))
+        for measurer in measurers:
+            with np.errstate(all="ignore"):
+                measurer.probe(flow)
 
 
 def name_of(number: int, oracle) -> str:

@@ -44,12 +44,12 @@ def silent(emitter):
 
 def play(simulation, measurers) -> None:
     """Play a story from its first frame to the last that a measurer wants, each looking at its own frames."""
-    waiting = sorted(measurers, key=lambda measurer: measurer.frames.last)
+    waiting = [(measurer, measurer.frames) for measurer in measurers]
     while waiting:
-        for measurer in waiting:
-            if simulation.index in measurer.frames:
+        for measurer, frames in waiting:
+            if simulation.index in frames:
                 with np.errstate(all="ignore"):
                     measurer.look(simulation)
-        waiting = [each for each in waiting if each.frames.last > simulation.index and not each.satisfied]
+        waiting = [(each, frames) for each, frames in waiting if frames.last > simulation.index and not each.satisfied]
         if waiting:
             simulation.step_frame()
