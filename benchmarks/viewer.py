@@ -54,6 +54,9 @@ def cloud_scene(count: int) -> Scene:
 class Recorded:
     """Frames made beforehand: packed points that move, so that nothing but the viewer is measured."""
 
+    is_network = False
+    collider_poses = np.zeros((0, 7), np.float32)
+
     def __init__(self, count: int):
         rng = np.random.default_rng(count)
         self.count, self.index = count, 0
