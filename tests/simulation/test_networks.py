@@ -178,6 +178,49 @@ def test_a_run_folder_holds_the_network_and_gives_it_back(tmp_path):
         Recording(tmp_path / "run").frame(2)
 
 
+CLOTH = {"type": "cloth", "resolution": [9, 6], "edges": [[0.8, 0, 0], [0, -0.5, 0]], "structural": {"stiffness": 30.0, "damping": 0.02}}
+CLOTH |= {
+    "air": 0.5,
+    "pins": ["left"],
+    "gravity": (0, -9.81, 0),
+    "substeps": 8,
+    "more": {"flow": [{"type": "uniform", "velocity": [0, 0, 3]}]},
+}
+
+
+def test_cloth_is_a_network_to_all_who_see_it(tmp_path):
+    sim = simulate(**CLOTH)
+    s = sim.frame()["s"]
+    assert s.is_network and s.triangles.shape == (80, 3) and s.springs.shape == (sim.scene.systems["s"].spring_count, 2)
+    recorder = Recorder(tmp_path / "run")
+    recorder.begin(resolved_yaml(sim.scene))
+    for frame in (sim.frame(), *sim.frames(3)):
+        recorder.record(frame, sim.statistics(), "0" * 32)
+    recorder.close()
+    again = Recording(tmp_path / "run").frame(3)["s"]
+    assert (again.position == sim.frame()["s"].position).all() and (again.triangles == s.triangles).all()
+    assert sim.statistics()["s"]["elastic_energy"] > 0.0
+
+
+def test_what_changes_in_a_running_cloth_acts_at_once():
+    """A slider moves the wind, the drag, the springs; what the arrays are built from cannot change."""
+    sim = simulate(**CLOTH)
+    sim.run(0.1)
+    hashes = {sim.state_hash()}
+    for path, value in (("air", 5.0), ("drag", 0.01), ("structural.stiffness", 60.0), ("density", 0.3), ("thickness", 0.01)):
+        sim.seek(6)
+        sim.changes = []
+        sim._change_count = 0
+        sim.change(f"systems.s.{path}", value)
+        sim.run(0.1)
+        if path != "thickness":  # there is nothing to keep away from
+            hashes.add(sim.state_hash())
+    assert len(hashes) == 5
+    for path, value in (("resolution", [9, 7]), ("pins", ["right"])):
+        with pytest.raises(ValueError):
+            sim.change(f"systems.s.{path}", value)
+
+
 def test_a_saved_frame_of_a_network_is_the_same_each_time(tmp_path):
     frame = simulate(**tangle()).frame()
     assert save_frame(tmp_path / "a.npz", frame) == save_frame(tmp_path / "b.npz", frame)
