@@ -69,7 +69,6 @@ MUTATIONS = (
     Mutation("stiffness", "kernels/springs.py", "n * (k * (d2", "n * (1.01 * k * (d2", {"springs": "swing weight", "jelly": "wobble"}),
     Mutation("rest_length", "kernels/springs.py", "(d2 * inverse - r)", "(d2 * inverse - 1.01 * r)",
              {"springs": "weight", "chain": "catenary"}),
-    Mutation("wind_pull", "kernels/cloth.py", "area * (g * wp.dot(u - v", "area * (1.01 * g * wp.dot(u - v", {"cloth": "drift"}),
     Mutation("follow", "kernels/exponential.py", "x + (n0 + n1 * real(0.5)", "x + (n0 + n1 * real(0.505)",
              {"integrators": "third fourth corrected"}),
     Mutation("gravity", "warpsim/environment.py", "wp.vec3(*self.scene.gravity)", "wp.vec3(*(1.01 * g for g in self.scene.gravity))",
