@@ -32,6 +32,12 @@ def test_there_are_enough_of_them_and_most_leave_nothing_to_chance():
     assert len(found) >= 100 and len(exact) >= 70
 
 
+@pytest.mark.parametrize("name", ["campfire", "emitter_shapes", "vortex"])
+def test_what_is_measured_does_not_depend_on_the_threads(name):
+    again = verify_scene(load_scene(name), "cpu", threads=2)
+    assert [str(finding.measured) for finding in again] == [str(finding.measured) for finding in findings(name)]
+
+
 @pytest.mark.parametrize("mutation", MUTATIONS, ids=lambda mutation: mutation.name)
 def test_a_change_finds_its_formula(mutation):
     assert (ROOT / mutation.file).read_text().count(mutation.old) == 1
@@ -40,6 +46,7 @@ def test_a_change_finds_its_formula(mutation):
 
 
 def test_every_scene_is_turned_red_by_some_change():
+    assert len({mutation.name for mutation in MUTATIONS}) == len(MUTATIONS)
     assert set(shipped_scenes()) == {name for mutation in MUTATIONS for name in mutation.red}
 
 
