@@ -32,7 +32,7 @@ class Mutation(NamedTuple):
 FLOW, VORTICES, FORCES, BIRTH = "kernels/flow.py", "kernels/vortices.py", "kernels/forces.py", "kernels/birth.py"
 MUTATIONS = (
     Mutation("uniform", FLOW, "    return p.strength\n", "    return p.strength * 1.01\n",
-             {"uniform": "wind streakline", "strengths": "all_four", "mesh_emitter": "draft"}),
+             {"uniform": "wind streakline bits", "strengths": "all_four", "mesh_emitter": "draft"}),
     Mutation("source", FLOW, "p.strength[0] * INVERSE_TWO_PI / (wp.dot", "1.01 * p.strength[0] * INVERSE_TWO_PI / (wp.dot",
              {"source": "source sink driven", "sink_drain": "hole"}),
     Mutation("point_source", FLOW, "p.strength[0] * INVERSE_FOUR_PI", "1.01 * p.strength[0] * INVERSE_FOUR_PI",
