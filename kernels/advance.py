@@ -9,6 +9,8 @@ from warpsim.kernels.integration import METHODS, Body, Pace, ballistic_position,
 from warpsim.kernels.lifetime import active_step, age_at
 from warpsim.kernels.planar import read3, write3
 
+AMONG_COLLIDERS = "_among_colliders"  # ends the names of the kernels that know of them
+
 
 @wp.func
 def recall(body: Body, i: int, frame: int, pace: Pace, particles: Particles) -> Body:
@@ -33,9 +35,6 @@ def store_past(i: int, body: Body, particles_out: Particles):
         if particles_out.history.shape[0] > 6:
             particles_out.history[6 + axis, i] = body.past3[axis]
     particles_out.history_count[i] = body.kept
-
-
-AMONG_COLLIDERS = "_among_colliders"  # ends the names of the kernels that know of them
 
 
 @wp.func

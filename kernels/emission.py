@@ -129,10 +129,10 @@ class Particles:
     mass: wp.array[float]  # [kg]
     radius: wp.array[float]  # [m]
     id: wp.array2d[wp.uint32]  # (2, capacity) running number of births: low word, high word
-    tint: wp.array[wp.uint32]  # color of its own, rgba bytes; this and what follows is empty where a system has no use for it
-    lineage: wp.array2d[wp.uint32]  # (2, capacity) random name from its emitter and ordinal: what its children's ordinals grow from
     alive: wp.array[int]  # 1 while age < lifetime; not a field, made anew each frame
     # What only some systems have; without it an array is empty.
+    tint: wp.array[wp.uint32]  # color of its own, rgba bytes
+    lineage: wp.array2d[wp.uint32]  # (2, capacity) random name from its emitter and ordinal: what its children's ordinals grow from
     history: wp.array2d[float]  # (3 per past value, capacity) drive of a multistep method, latest first; no rows: it needs none
     history_count: wp.array[int]  # how many of them there are
     level: wp.array[int]  # of one that chooses its substeps, log₂ of how many it takes per frame

@@ -192,8 +192,8 @@ MULTISTEP_TEXTS, PAST = multistep_texts()
 TEXTS |= MULTISTEP_TEXTS
 MACROS = ("GET", "PUT", "ADD", "EACH", "EACH_OF_BLOCK", "FLOW", "FORCE", "NEAR")
 FORMULAS = (*FLOWS.values(), *FORCES.values(), age_at, drag_rate, living_step, inside, kick, drift)
-CONTACT_FORMULAS = (*CLEARANCES.values(), into_frame, path_reach, meet_colliders)
 FORMULAS += (*BLOCK_FORMULAS, *vars(KIT.glides).values(), KIT.whole_step)
+CONTACT_FORMULAS = (*CLEARANCES.values(), into_frame, path_reach, meet_colliders)  # among colliders besides
 
 
 def advance_text(loop: str) -> str:

@@ -11,13 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
-from warpsim.environment import SignalTable, pick, strength_signals
+from warpsim.environment import pick
 from warpsim.flow_formulas import FORMULAS
 from warpsim.integrators import FIRST_ORDER_FORM, SECOND_ORDER_FORM
 from warpsim.kernels.convergence import TRACES, Pull, Setting
 from warpsim.kernels.forces import ATTRACTOR_LAWS
 from warpsim.scene import Problem, Scene, SceneError
 from warpsim.scene.expressions import PLACE, compile_expression
+from warpsim.signals import SignalTable, strength_signals
 
 wp.config.log_level = max(wp.config.log_level, wp.LOG_WARNING)  # as for a simulation: no banner and no line per module
 FLOWS = ("expression", "uniform", *FORMULAS)

@@ -1,4 +1,4 @@
-"""Environment: what all systems of a scene share — gravity, flow, forces — as tables on the device, and the probes that read them."""
+"""Environment: what all systems of a scene share — gravity, flow, forces, colliders — as tables on the device."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -8,9 +8,10 @@ import numpy as np
 import warp as wp
 
 from warpsim.colliders import Colliders
+from warpsim.directions import across, unit
 from warpsim.grids import VelocityGrid, load_grid
 from warpsim.images import CylinderImages, answered, changed
-from warpsim.kernels import expressions, flow, forces, pairwise, signals
+from warpsim.kernels import flow, forces, pairwise
 from warpsim.kernels.collider import Collider, sample_colliders
 from warpsim.kernels.environment import UNSTABLE_POLICIES, sample_moments
 from warpsim.kernels.environment import Environment as EnvironmentRow
@@ -19,72 +20,10 @@ from warpsim.kernels.primitive import CORES, FlowPrimitive
 from warpsim.launch import Stage
 from warpsim.scene import Scene
 from warpsim.scene.obstacles import answers
-from warpsim.scene.strengths import Formula, Keyframes, Sine
+from warpsim.signals import SignalTable, strength_signals
 
 PLASTIC = np.array([0.8191725134, 0.6710436067, 0.5497004779])  # powers of 1/1.2207…: the evenest spread of places in a box
 IDENTITY = wp.mat33(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-
-
-class SignalTable:
-    """Strengths that may vary in time, numbered as they are added; device arrays are made once, by `tables`."""
-
-    def __init__(self):
-        self._rows, self._knots, self._program = [], [], []
-
-    def add(self, strength) -> int:
-        """Append a strength of the scene and return its number."""
-        row = signals.Signal()
-        row.kind = signals.CONSTANT
-        if isinstance(strength, Keyframes):
-            row.kind, row.begin = signals.KEYFRAMES, len(self._knots)
-            self._knots += [wp.vec2d(*knot) for knot in strength.keyframes]
-            row.end = len(self._knots)
-        elif isinstance(strength, Sine):
-            wave = strength.sine
-            row.kind = signals.SINE
-            row.mean, row.amplitude, row.period, row.phase = wave.mean, wave.amplitude, wave.period, wave.phase
-        elif isinstance(strength, Formula):
-            row.kind = signals.FORMULA
-            row.begin, row.end = self.add_program(strength.program)
-        else:
-            row.mean = strength
-        self._rows.append(row)
-        return len(self._rows) - 1
-
-    def add_program(self, program: Sequence[tuple[str, float]]) -> tuple[int, int]:
-        """Append a formula's program and return where it begins and ends."""
-        begin = len(self._program)
-        self._program += [(expressions.OPERATIONS[name], operand) for name, operand in program]
-        return begin, len(self._program)
-
-    def tables(self, device: str) -> signals.Signals:
-        """Return the tables on the device."""
-        table = signals.Signals()
-        program = np.array(self._program, dtype=expressions.Instruction.numpy_dtype())
-        table.rows = wp.array(self._rows, dtype=signals.Signal, device=device)
-        table.knots = wp.array(self._knots, dtype=wp.vec2d, device=device)
-        table.program = wp.array(program, dtype=expressions.Instruction, device=device)
-        return table
-
-    def write(self, tables: signals.Signals) -> None:
-        """Overwrite device tables that are at least as long."""
-        fresh = self.tables(tables.rows.device.alias)
-        for name in ("rows", "knots", "program"):
-            source = getattr(fresh, name)
-            if len(source):
-                wp.copy(getattr(tables, name), source, count=len(source))
-
-
-def unit(vector: Sequence[float]) -> wp.vec3:
-    """Return the vector's direction, worked out in float64."""
-    length = math.hypot(*vector)
-    return wp.vec3(*(component / length for component in vector))
-
-
-def across(axis: Sequence[float], vector: Sequence[float]) -> wp.vec3:
-    """Return the direction of the vector's part across the axis."""
-    a, v = np.array(axis, float), np.array(vector, float)
-    return unit(v - a * (a @ v) / (a @ a))
 
 
 def still_row(kind: str) -> FlowPrimitive:
@@ -178,12 +117,6 @@ def law_row(spec, table: SignalTable) -> pairwise.PairLaw:
     row.radius, row.inverse_radius, row.softening = spec.radius, 1.0 / spec.radius, spec.softening
     row.signal = strength_signals(spec.strength, table)
     return row
-
-
-def strength_signals(strength, table: SignalTable) -> wp.vec3i:
-    """Add a strength, of one or three components, to the signals."""
-    components = strength if isinstance(strength, tuple) else (strength,)
-    return wp.vec3i(*[table.add(component) for component in components], *[-1] * (3 - len(components)))
 
 
 class Environment:

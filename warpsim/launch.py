@@ -14,6 +14,7 @@ import warp as wp
 
 from warpsim.kernels import lifecycle_loops
 
+MOST_CORES = 64  # that share a frame: some stages keep a row for each
 PARALLEL_FROM = 15_000  # particles; with fewer the barriers cost more than a second core brings (docs/adr/0003-native-loops.md)
 
 

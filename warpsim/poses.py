@@ -4,9 +4,9 @@ import numpy as np
 import warp as wp
 
 from warpsim.colliders import course_row
-from warpsim.environment import SignalTable
 from warpsim.kernels.collider import Collider, sample_colliders
 from warpsim.scene import Scene
+from warpsim.signals import SignalTable
 
 
 class Poses:

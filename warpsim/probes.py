@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import warp as wp
 
+from warpsim.directions import perpendiculars
 from warpsim.environment import Environment
 from warpsim.kernels.environment import sample_velocities
 
@@ -21,9 +22,7 @@ def frame_of(axis: Sequence[float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     if a.shape != (3,) or not np.isfinite(length) or length == 0.0:
         raise ValueError(f"axis must be three finite numbers, not all zero; got {axis!r}")
     a /= length
-    first = np.cross(np.eye(3)[np.argmin(np.abs(a))], a)
-    first /= np.linalg.norm(first)
-    return first, np.cross(a, first), a
+    return *perpendiculars(a), a
 
 
 def circle(axis: Sequence[float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

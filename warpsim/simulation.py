@@ -13,7 +13,7 @@ from warpsim.changes import Change, changed_scene
 from warpsim.environment import Environment
 from warpsim.frame import Frame
 from warpsim.kernels.lifetime import advance_clock
-from warpsim.launch import FrameGraph, Stage, available_cores
+from warpsim.launch import MOST_CORES, FrameGraph, Stage, available_cores
 from warpsim.memory import check_memory, free_memory
 from warpsim.poses import Poses
 from warpsim.probes import FlowProbe
@@ -76,7 +76,7 @@ class Simulation:
         self.scene, self.device = scene, resolve_device(device)
         if threads is not None and threads < 1:
             raise ValueError(f"threads must be at least 1, got {threads}")
-        self.threads = min(threads or available_cores(), 64)
+        self.threads = min(threads or available_cores(), MOST_CORES)
         check_memory(scene, free_memory() if self.device == "cpu" else wp.get_device(self.device).free_memory)
         self._fps = scene.time.fps
         self.index = -math.ceil(scene.time.prewarm * self._fps - 1e-9)

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-ARRAYS = "launch population environment images integrators systems"  # the rooms that own device arrays
 PLAYING = "playback reporting filming streamlines"  # what a run and a recorded run are shown with
 SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (the version) is open to all
     "kernels": "",
@@ -20,34 +19,36 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "networks": "scene meshes",
     "stability": "scene networks",
     "launch": "kernels",
-    "population": "kernels launch",
+    "population": "kernels",
     "images": "kernels",
     "grids": "kernels scene",
     "colliders": "kernels scene meshes",
-    "poses": "kernels scene colliders environment",
-    "environment": "kernels scene grids images launch population colliders",
-    "integrators": "kernels launch population environment",
-    "systems": "networks stability kernels scene launch population environment integrators frame memory meshes",
-    "frame": "kernels launch population",
+    "poses": "kernels scene colliders signals",
+    "directions": "",
+    "signals": "kernels scene",
+    "environment": "kernels scene grids images launch colliders directions signals",
+    "integrators": "kernels environment",
+    "systems": "kernels scene launch population environment integrators signals directions frame memory meshes networks stability",
+    "frame": "",
     "memory": "stability scene grids",
     "changes": "scene",
-    "convergence": "kernels scene environment integrators flow_formulas",
+    "convergence": "kernels scene environment signals integrators flow_formulas",
     "flow_formulas": "",
     "plotting": "files",
     "replay": "kernels scene frame systems networks poses",
-    "probes": "kernels launch environment",
-    "simulation": f"stability kernels scene frame memory probes changes {ARRAYS} poses",
-    "observers": "frame files meshes",
+    "probes": "kernels environment directions",
+    "simulation": "kernels scene launch environment systems frame memory probes poses changes stability",
+    "observers": "files meshes",
     "reporting": "",
     "filming": "observers",
     "streamlines": "files",
     "announcing": "observers reporting",
     "playback": "scene changes interruption reporting announcing",
-    "runner": f"scene simulation changes frame observers files kernel_cache interruption {PLAYING}",
+    "runner": f"scene simulation changes observers kernel_cache interruption {PLAYING}",
     "screening": f"environment probes replay runner interruption {PLAYING}",
-    "verify": "scene simulation environment probes convergence meshes",
-    "cli": "stability verify scene simulation frame observers files kernel_cache interruption runner screening replay reporting launch "
-    "memory convergence plotting streamlines",
+    "verify": "scene simulation environment directions probes convergence meshes",
+    "cli": "scene simulation observers files kernel_cache interruption runner screening replay reporting memory stability verify "
+    "convergence plotting streamlines",
     "__main__": "cli",
     "__init__": "scene simulation frame",
 }
@@ -85,3 +86,11 @@ def test_rooms_that_choose_their_company(path):
     packages = {name.split(".")[0] for name in imported(path)} - {"warpsim", "__future__"}
     strangers = packages - OUTSIDE[room(path)] - (sys.stdlib_module_names if room(path) != "kernels" else set())
     assert not strangers, f"{room(path)} must not import {sorted(strangers)}"
+
+
+def test_every_room_sees_only_what_it_uses():
+    used = {name: set() for name in SEES}
+    for path in FILES:
+        used[room(path)] |= {name.split(".")[1] for name in imported(path) if name.startswith("warpsim.")}
+    idle = {name: sorted(set(seen.split()) - used[name]) for name, seen in SEES.items()}
+    assert not {name: seen for name, seen in idle.items() if seen}

@@ -8,7 +8,7 @@ from tests.reference import flow as flow_reference
 from tests.reference import forces as force_reference
 from tests.reference.flow import Primitive, unit
 from tests.reference.forces import Field
-from warpsim.environment import SignalTable, across
+from warpsim.directions import across
 from warpsim.kernels import flow, forces
 from warpsim.kernels.environment import drag_rate, sample_velocities
 from warpsim.kernels.forces import ForceField, sample_acceleration
@@ -17,6 +17,7 @@ from warpsim.kernels.primitive import CORES, FlowPrimitive
 from warpsim.scene.expressions import PLACE, compile_expression
 from warpsim.scene.flow import Core
 from warpsim.scene.forces import Attractor
+from warpsim.signals import SignalTable
 
 WHERE = {"center": (0.3, -0.2, 0.5), "axis": (1.0, 2.0, -0.5), "direction": (0.3, 0.1, 1.0), "half_length": 0.7, "radius": 2.0}
 NOISE = {"length": 0.7, "seed": 12345, "clock": 0x12345678}

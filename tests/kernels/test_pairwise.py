@@ -9,10 +9,11 @@ from tests.kernels.test_bits import emitters, hash_of
 from tests.physics.scenes import scene
 from tests.reference import pairwise as twin
 from tests.reference.pairwise import Pair, pair_forces
-from warpsim.environment import SignalTable, law_row
+from warpsim.environment import law_row
 from warpsim.kernels import pairwise, pairwise_loops
 from warpsim.launch import Stage
 from warpsim.scene.forces import PAIR_SOLVERS, Pairwise
+from warpsim.signals import SignalTable
 
 REACH = 0.37
 CLOUDS = ["none", "one", "two", "three", "uniform", "clustered", "sheet", "line", "sparse", "borders", "one cell", "a block"]

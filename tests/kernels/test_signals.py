@@ -8,11 +8,11 @@ import pytest
 import warp as wp
 
 from tests.reference import programs, signals
-from warpsim.environment import SignalTable
 from warpsim.kernels import expressions
 from warpsim.kernels.signals import Signals, sample_signal
 from warpsim.scene.expressions import DEEPEST_STACK, LONGEST_PROGRAM, OPERATIONS, PLACE, compile_expression
 from warpsim.scene.strengths import Formula, Keyframes, Sine
+from warpsim.signals import SignalTable
 
 FORMS = {"keyframes": Keyframes, "sine": Sine, "expression": Formula}
 KNOTS = ((-1.0, 2.0), (0.0, -1.0), (0.25, 4.0), (3.0, 0.5))

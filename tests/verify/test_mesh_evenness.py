@@ -73,7 +73,7 @@ def test_places_beyond_the_mesh_are_outside(block):
 
 
 def test_a_mesh_turns_as_the_emitter_does():
-    from warpsim.systems.emitters import rotation_matrix
+    from warpsim.directions import rotation_matrix
 
     places = np.eye(3)
     np.testing.assert_allclose(turned(places, (20, 30, -40)), places @ rotation_matrix((20, 30, -40)).T, atol=1e-12)

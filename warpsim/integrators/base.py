@@ -27,7 +27,6 @@ class Integrator(ABC):
     """Evaluations of the forces per substep."""
     past: ClassVar[int] = 0
     """Drives at earlier substeps that it keeps of each particle."""
-
     splits_pairs: ClassVar[bool] = False
     """Whether forces between particles act as half kicks before and after a substep, and not within it."""
 

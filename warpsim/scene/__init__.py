@@ -22,7 +22,7 @@ _HOMES = {
     "OPERATIONS": "expressions",
 }
 
-__all__ = list(_HOMES)  # noqa: PLE0604
+__all__ = list(_HOMES)  # noqa: PLE0604 (all of them are words)
 
 
 def __getattr__(name: str):

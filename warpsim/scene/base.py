@@ -129,7 +129,7 @@ def one_of_forms(forms: Mapping[str, Any], form: Callable[[Any], str | None]) ->
         return None if word is None else tag(word)
 
     members = tuple(Annotated[kind, Tag(tag(word))] for word, kind in forms.items())
-    return Annotated[Union[members], Discriminator(discriminate)]  # noqa: UP007
+    return Annotated[Union[members], Discriminator(discriminate)]  # noqa: UP007 (built at run time)
 
 
 def form_by_key(value: Any, keys: tuple[str, ...]) -> str | None:

@@ -28,7 +28,7 @@ def load_text(
     name: str = "scene",
     overrides: Iterable[str] = (),
     seed: int | None = None,
-    folder: Path | None = Path(),  # noqa: B008
+    folder: Path | None = Path(),  # noqa: B008 (a Path cannot change)
 ) -> Scene:
     """Load a scene from its text; `name` stands in for the file's name in messages. Raises SceneError with all mistakes.
 

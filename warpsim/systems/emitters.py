@@ -6,12 +6,13 @@ import math
 import numpy as np
 import warp as wp
 
-from warpsim.environment import SignalTable, strength_signals, unit
+from warpsim.directions import perpendiculars, rotation_matrix, unit
 from warpsim.kernels import birth, emission
 from warpsim.launch import Stage
 from warpsim.memory import pieces
 from warpsim.population import Population
 from warpsim.scene.emitters import Distribution, Emitter, EmitterShape, Velocity
+from warpsim.signals import SignalTable, strength_signals
 from warpsim.systems.mesh_births import mesh_table
 
 FOREVER = 1.0e300  # [s]
@@ -22,15 +23,6 @@ def random_key(seed: int, system: str, emitter: int) -> wp.vec2ui:
     """Return the 64-bit key of one emitter's random numbers; systems are told apart by name, so that adding one changes no other."""
     digest = hashlib.blake2b(f"{seed}/{system}/{emitter}".encode(), digest_size=8).digest()
     return wp.vec2ui(*np.frombuffer(digest, dtype="<u4").tolist())
-
-
-def perpendiculars(direction: wp.vec3) -> tuple[wp.vec3, wp.vec3]:
-    """Return two unit vectors that make a right-handed frame with a unit vector."""
-    d = np.array(direction, dtype=float)
-    helper = np.eye(3)[np.argmin(np.abs(d))]
-    first = np.cross(helper, d)
-    first /= np.linalg.norm(first)
-    return wp.vec3(*first), wp.vec3(*np.cross(d, first))
 
 
 def distribution(spec: Distribution) -> emission.Distribution:
@@ -55,19 +47,7 @@ def place(row: emission.Emitter, shape: EmitterShape) -> None:
     if shape.type == "mesh":
         row.turn = wp.mat33(*(shape.scale * rotation_matrix(shape.rotation)).ravel())
     if shape.type == "disc":
-        row.tangent, row.bitangent = perpendiculars(unit(shape.normal))
-
-
-def rotation_matrix(degrees) -> np.ndarray:
-    """Return the rotation about x, then y, then z, all of them fixed axes, (3, 3)."""
-    result = np.eye(3)
-    for axis, angle in enumerate(np.radians(degrees)):
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        turn = np.eye(3)
-        turn[i, i] = turn[j, j] = math.cos(angle)
-        turn[j, i], turn[i, j] = math.sin(angle), -math.sin(angle)
-        result = turn @ result
-    return result
+        row.tangent, row.bitangent = (wp.vec3(*side) for side in perpendiculars(unit(shape.normal)))
 
 
 class ColorTable:
@@ -103,7 +83,7 @@ def emitter_row(spec: Emitter, key: wp.vec2ui, table: SignalTable, beginning: fl
         row.count_law, row.interval = emission.COUNT_LAWS[spec.rate.law], spec.rate.interval or frame_time
     place(row, spec.shape)
     row.direction = unit(velocity.direction)
-    row.across, row.beyond = perpendiculars(row.direction)
+    row.across, row.beyond = (wp.vec3(*side) for side in perpendiculars(row.direction))
     row.cone_cosine = math.cos(math.radians(velocity.cone))
     row.speed, row.lifetime = distribution(velocity.speed), distribution(spec.lifetime)
     row.mass, row.extent = distribution(spec.mass), distribution(spec.radius)

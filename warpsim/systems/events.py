@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import warp as wp
 
 from warpsim.kernels import emission, events
-from warpsim.launch import Stage
+from warpsim.launch import MOST_CORES, Stage
 from warpsim.population import Field, Population
 from warpsim.scene.events import On, kind_of
 
@@ -16,7 +16,6 @@ IMPACT = {
     "impact_count": Field(1, wp.int32, "1", "impacts so far"),
     "impact_number": Field(1, wp.int32, "1", "how many there had been before the frame's first"),
 }
-MOST_PARTS = 64  # cores that may share a frame
 
 
 def fields_of(heard: list[On]) -> dict[str, Field]:
@@ -58,7 +57,7 @@ class Events:
             watch.min_speed = on.min_speed or 0.0
             watch.environment, watch.counters, watch.particles = self._environment, self._population.counters, particles
             if native:
-                found = wp.zeros(MOST_PARTS, dtype=int, device=device)
+                found = wp.zeros(MOST_CORES, dtype=int, device=device)
                 yield Stage("events", events.mark_parts, n, (watch, found), events.mark_parts)
                 yield Stage("events", events.scatter_parts, n, (watch, found, log), events.scatter_parts)
             else:

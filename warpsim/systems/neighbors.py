@@ -5,10 +5,8 @@ from collections.abc import Iterator
 import warp as wp
 
 from warpsim.kernels import grid, grid_loops
-from warpsim.launch import Stage
+from warpsim.launch import MOST_CORES, Stage
 from warpsim.population import Population
-
-MOST_PARTS = 64  # Simulation takes no more cores
 
 
 def bits_for(count: int) -> int:
@@ -54,7 +52,7 @@ class Neighbors:
     def _passes(self) -> Iterator[Stage]:
         counters, capacity, device = self.population.counters, self.population.capacity, self.population.device
         sorting = grid_loops.Sorting()
-        sorting.tally = wp.zeros((MOST_PARTS, (1 << self._bits // 2) + 1), dtype=int, device=device)
+        sorting.tally = wp.zeros((MOST_CORES, (1 << self._bits // 2) + 1), dtype=int, device=device)
         sorting.loose = wp.zeros(capacity, dtype=wp.vec2i, device=device)
         for loop in (grid_loops.tally_groups, grid_loops.scatter_groups, grid_loops.sort_groups):
             yield Stage("neighbors", loop, capacity, (counters, self.grid, sorting), loop)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 import warp as wp
 
-from warpsim.environment import Environment, SignalTable, Surroundings
+from warpsim.environment import Environment, Surroundings
 from warpsim.frame import SystemFrame
 from warpsim.integrators import SECOND_ORDER_FORM
 from warpsim.kernels import emission, integration, springs
@@ -17,6 +17,7 @@ from warpsim.networks import Net, point_masses, spring_numbers
 from warpsim.population import FIELDS, Population
 from warpsim.scene import Scene
 from warpsim.scene.strengths import Keyframes
+from warpsim.signals import SignalTable
 from warpsim.stability import Advice, advice_for, checked_advice
 from warpsim.systems.pairs import substep_of
 from warpsim.systems.points import PointPacker

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from warpsim.directions import perpendiculars
 from warpsim.verify.mesh_evenness import MeshLayers
 
 BESIDE = 1e-4  # of a coordinate's range, and what float32 makes of it: a birth further out is outside, and no rounding
@@ -25,14 +26,6 @@ def binned(u: np.ndarray, bins: int, beside: float) -> np.ndarray:
     return np.where((u < -beside) | (u > 1.0 + beside), -1, np.clip((u * bins).astype(int), 0, bins - 1))
 
 
-def frame_round(axis) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return two unit vectors across an axis, and the unit axis."""
-    a = np.array(axis, float) / np.linalg.norm(axis)
-    first = np.cross(np.eye(3)[np.argmin(np.abs(a))], a)
-    first /= np.linalg.norm(first)
-    return first, np.cross(a, first), a
-
-
 def turn(along: np.ndarray, across: np.ndarray) -> np.ndarray:
     """Return an angle as a part of a turn, in [0, 1]."""
     return np.arctan2(across, along) / (2.0 * np.pi) % 1.0
@@ -49,7 +42,8 @@ def even(coordinates: Callable[[np.ndarray], list[np.ndarray]], count: int, bins
 
 def cells_of_directions(velocity, bins: int) -> Cells:
     """Return bins of the cosine to the cone's axis, from the cone's edge to the axis, and of the angle round it."""
-    first, second, axis = frame_round(velocity.direction)
+    axis = np.array(velocity.direction, float) / np.linalg.norm(velocity.direction)
+    first, second = perpendiculars(axis)
     width = 2.0 * np.sin(np.radians(velocity.cone) / 2.0) ** 2  # 1 − cos
 
     def coordinates(v: np.ndarray) -> list[np.ndarray]:
@@ -78,7 +72,7 @@ def _segment(shape, bins: int) -> Cells:
 
 def _disc(shape, bins: int) -> Cells:
     """Its area grows as r²."""
-    first, second, _ = frame_round(shape.normal)
+    first, second = perpendiculars(np.array(shape.normal, float) / np.linalg.norm(shape.normal))
 
     def coordinates(x: np.ndarray) -> list[np.ndarray]:
         d = (x - np.array(shape.center)) / shape.radius
