@@ -66,7 +66,7 @@ MUTATIONS = (
              {"attractor": "swing", "solvers": "euler_gains verlet_turns rk4_turns"}),
     Mutation("pair_inverse_square", "kernels/pairwise.py", "return law.strength[0] / (s2 *", "return 1.01 * law.strength[0] / (s2 *",
              {"pairwise": "0", "cluster": "0"}),
-    Mutation("stiffness", "kernels/springs.py", "n * (k * (d2", "n * (1.01 * k * (d2", {"springs": "swing weight", "jelly": "wobble"}),
+    Mutation("stiffness", "kernels/springs.py", "n * (k * (d2", "n * (1.01 * k * (d2", {"springs": "swing weight", "jelly": "wobble", "curtain": "hem"}),
     Mutation("rest_length", "kernels/springs.py", "(d2 * inverse - r)", "(d2 * inverse - 1.01 * r)",
              {"springs": "weight", "chain": "catenary"}),
     Mutation("follow", "kernels/exponential.py", "x + (n0 + n1 * real(0.5)", "x + (n0 + n1 * real(0.505)",
