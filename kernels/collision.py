@@ -38,6 +38,7 @@ MOST_CONTACTS = 12  # in a substep; who has had so many stays where it is until 
 SHORT = wp.constant(
     0.51
 )  # a bounce from w to −w under an acceleration a takes 2 w/a; half a kick from rest is none, whatever rounding says
+LEAST = wp.constant(1.0e-6)  # of a substep: too short for velocities from differences of places
 ALIKE = wp.constant(1.0e-6)  # relative: two velocities that rounding cannot tell apart
 
 
@@ -95,7 +96,7 @@ def touch_one(colliders: wp.array2d[Collider], span: Span, k: int, f: Flight) ->
     q = into_frame(pose.center, pose.rotation, f.x)
     w = wp.quat_rotate_inv(pose.rotation, f.w)
     a = wp.quat_rotate_inv(pose.rotation, f.a)
-    if c.moves == 1:
+    if c.moves == 1 and f.left > LEAST * span.dt:
         half = pose_after(colliders, span, k, t + 0.5 * f.left)
         whole = pose_after(colliders, span, k, span.h)
         middle = into_frame(half.center, half.rotation, along(f.x, f.w, f.a, 0.5 * f.left))
@@ -288,6 +289,7 @@ def cross_colliders(
         c = colliders[span.moment, touch.collider]
         pose = pose_after(colliders, span, touch.collider, span.h - f.left + touch.t)
         f = fly(f, touch, c, pose)
+        f.left = wp.where(f.left < LEAST * span.dt, 0.0, f.left)
         n = wp.quat_rotate(pose.rotation, touch.n)
         passage.hits = passage.hits + 1
         struck = -wp.dot(n, f.v - surface_velocity(pose, f.x))
@@ -296,8 +298,9 @@ def cross_colliders(
         if c.action != BOUNCE:
             return end_stay(colliders, span, c, touch, pose, f, passage)
         f = resolve_touch(colliders, span, c, touch, pose, a, tracer, f)
-        if contact == MOST_CONTACTS - 1:
+        if contact == MOST_CONTACTS - 1 or f.left == 0.0:
             f.left = 0.0
+            break
     if passage.hits > 0:
         passage = end_passage(f, stagger, a, passage)
     return passage

@@ -54,7 +54,7 @@ def slide(w: wp.vec3, a: wp.vec3, brake: float, t: float) -> Slide:
 def rub(w: wp.vec3, impulse: float) -> wp.vec3:
     """Return a tangential velocity after friction took up to `impulse` [m/s] of it."""
     speed = wp.length(w)
-    if speed <= impulse:
+    if speed <= wp.max(impulse, 0.0):  # a speed so small that its square is none, too
         return wp.vec3()
     return w * (1.0 - impulse / speed)
 
@@ -62,7 +62,7 @@ def rub(w: wp.vec3, impulse: float) -> wp.vec3:
 @wp.func
 def bounce(c: Collider, w: wp.vec3, n: wp.vec3) -> wp.vec3:
     """Return the velocity after an impact, relative to the surface."""
-    wn = wp.dot(n, w)
+    wn = wp.min(wp.dot(n, w), 0.0)
     return rub(w - n * wn, -c.friction * (1.0 + c.restitution) * wn) - n * (c.restitution * wn)
 
 
@@ -114,7 +114,8 @@ def begin_slide(c: Collider, pose: Pose, end: Pose, touch: Touch, w: wp.vec3, a:
     if c.kind == SPHERE or c.kind == CAPSULE:
         gap = measure_gap(c, touch.q + s.d)  # round: the tangent leads away
         lifted = gap.n * (0.5 * skin - gap.g)
-        s.w = turn_along(w, s.w, gap.n, a, s.d + lifted, brake)
+        work = s.d + wp.where(touch.g < -skin, wp.vec3(), lifted)  # what two solids squeeze out of each other gains nothing by it
+        s.w = turn_along(w, s.w, gap.n, a, work, brake)
     x = f.x + wp.quat_rotate(pose.rotation, s.d + lifted)
     if c.moves == 1:
         x = out_of_frame(end, touch.q + s.d + lifted)

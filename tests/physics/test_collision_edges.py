@@ -257,3 +257,14 @@ def test_a_sheet_stops_from_both_sides_half_its_thickness_away(tmp_path):
         sim.run(2.0)
         (x,), (v,) = state(sim)
         assert x == pytest.approx([0.1, 0.01 * way, 0.3], abs=1e-4) and (v == 0).all()
+
+
+@pytest.mark.parametrize("native", [True, False])
+def test_a_cramped_tube_with_endless_friction_stays_finite(native):
+    """Found by random scenes: speeds whose square is no number any more."""
+    tube = {"type": "capsule", "start": [0.0057, -0.0235, 0.0101], "end": [-0.019, -0.0208, 0.0022], "radius": 0.00144}
+    tube |= {"side": "inside", "restitution": 0.0, "friction": 1000.0, "rotation": [44.1, 41.3, -14.0]}
+    born = emitter(300, shape={"type": "sphere", "center": [-0.007, -0.022, 0.006], "radius": 0.016}, velocity={"cone": 180, "speed": 0.36})
+    sim = simulate(born, colliders=[tube], gravity=(0, -G, 0), solver="rk4", substeps=2, native=native)
+    sim.run(0.2)
+    assert len(state(sim)[0]) == 300 and np.isfinite(state(sim)[0]).all()
