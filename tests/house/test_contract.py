@@ -52,7 +52,8 @@ def run(name: str) -> tuple[str, bool]:
     """Hash and finiteness after ten substeps and more; without the prewarm, which only takes time here."""
     scene = load_scene(name, overrides=["time.prewarm=0"])
     simulation = Simulation(scene, device="cpu", threads=1)
-    frame = list(simulation.frames(max(3, -(-10 // scene.time.substeps))))[-1]
+    substeps = 1 if scene.time.substeps == "auto" else scene.time.substeps
+    frame = list(simulation.frames(max(3, -(-10 // substeps))))[-1]
     finite = all(np.isfinite(frame[system].position).all() and np.isfinite(frame[system].velocity).all() for system in frame.names)
     return simulation.state_hash(), finite
 
