@@ -99,9 +99,7 @@ def _arrays_of(path: Path) -> tuple[np.ndarray, np.ndarray]:
         import trimesh
     except ImportError:
         raise UnusableMesh("reading meshes needs trimesh: pip install 'warpsim[mesh]'") from None
-    content = path.read_bytes()
-    if kind == "obj":  # names and comments may be of any encoding; what counts is ASCII
-        content = content.decode("utf-8", "replace").encode()
+    content = _with_ascii_words(kind, path.read_bytes())
     try:
         # From memory, so that a file can name no other file; without processing, because what is mended here is counted.
         loaded = trimesh.load(io.BytesIO(content), file_type=kind, process=False, force="mesh", skip_materials=True)
@@ -110,6 +108,22 @@ def _arrays_of(path: Path) -> tuple[np.ndarray, np.ndarray]:
         raise
     except Exception as error:  # whatever a parser of four formats finds to say about bytes that are none of them
         raise UnusableMesh(f"holds no {kind.upper()} mesh ({str(error) or type(error).__name__})") from None
+
+
+def _with_ascii_words(kind: str, content: bytes) -> bytes:
+    """Return the file with its text in ASCII: names and comments may be of any encoding, and what counts is ASCII in every kind."""
+    if kind == "ply":
+        words, end, numbers = content.partition(b"end_header")
+    elif kind == "obj" or (kind == "stl" and not _is_binary_stl(content)):
+        words, end, numbers = content, b"", b""
+    else:
+        return content
+    return words.decode("ascii", "replace").encode("ascii", "replace") + end + numbers
+
+
+def _is_binary_stl(content: bytes) -> bool:
+    """Whether it is as long as the number of triangles in its header says; a binary file, too, may begin with "solid"."""
+    return len(content) >= 84 and len(content) == 84 + 50 * int.from_bytes(content[80:84], "little")
 
 
 def surface(vertices: np.ndarray, triangles: np.ndarray, scale: float = 1.0) -> TriangleMesh:

@@ -27,10 +27,16 @@ def test_the_same_box_from_every_format(kind, tmp_path):
     assert [list(corner) for corner in mesh.bounds] == [[-2, -3, -4], [2, 3, 4]]
 
 
-def test_comments_of_any_encoding_are_read_over(tmp_path):
-    path = tmp_path / "box.obj"
-    trimesh.creation.box().export(path)
-    path.write_bytes("# créé par un logiciel\n".encode("latin-1") + path.read_bytes())
+@pytest.mark.parametrize(("kind", "before", "word"), [("obj", b"", b"# caf\xe9\n"), ("stl", b"solid", b" caf\xe9"), ("ply", b"ply\n", b"")])
+def test_words_of_any_encoding_are_read_over(kind, before, word, tmp_path):
+    """An ASCII STL's name and the comments of the others, in Latin-1; a binary PLY's numbers stay untouched."""
+    path = tmp_path / f"box.{kind}"
+    box = trimesh.creation.box()
+    box.export(path, **({"file_type": "stl_ascii"} if kind == "stl" else {}))
+    content = path.read_bytes()
+    if kind == "ply":
+        before, word = content[: content.index(b"element")], b"comment caf\xe9\n"
+    path.write_bytes(before + word + content.removeprefix(before))
     assert load_mesh(path, "colliders.0.file").closed
 
 
