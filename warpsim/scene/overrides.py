@@ -78,6 +78,8 @@ class _Change:
             index = self._entry(node, slot, part, column, walked)
             item = self.at(node.items[index], item_of(slot, index) or slot, rest, after, [*walked, part])
             return edited(node, (index,), lambda _: item)
+        if isinstance(node, Mapping) and is_list(slot) and not specs_of(slot):  # one entry for a list of one: `burst: {count: 3}`
+            slot = item_of(slot) or slot
         if not isinstance(node, Mapping):
             self._fail(part, column, walked, [], "is a plain value and has nothing below it")
         chosen = _chosen(slot, node)
@@ -92,6 +94,8 @@ class _Change:
     def _spelled_out(self, node: Node | None, slot: Slot, part: str, column: int) -> Node:
         """Return what the path can go into: a new mapping, the long form of a bare value, a list round a single mapping."""
         if node is None or isinstance(node, Scalar) and node.value is None:
+            if is_list(slot) and not specs_of(slot):
+                return Sequence(self.source, 0, column)
             return Mapping(self.source, 0, column)
         for spec in specs_of(slot):
             if not issubclass(spec, ShortSpec) or part not in keys_of(spec) or is_list(keys_of(spec)[spec.shorthand]):
