@@ -9,6 +9,7 @@ a wall. Its velocity at the end differs from the method's v1 by half a kick or n
 
 import warp as wp
 
+from warpsim.kernels.clearance import NEVER, measure_clearance, measure_gap, measure_mesh_gap, skin_of
 from warpsim.kernels.collider import (
     BOUNCE,
     MESH,
@@ -21,23 +22,12 @@ from warpsim.kernels.collider import (
     surface_acceleration,
     surface_velocity,
 )
-from warpsim.kernels.contact import (
-    NEVER,
-    Touch,
-    along,
-    measure_clearance,
-    measure_gap,
-    measure_mesh_gap,
-    path_reach,
-    skin_of,
-    touch_collider,
-)
+from warpsim.kernels.contact import Touch, along, path_reach, touch_collider
 from warpsim.kernels.response import Flight, begin_flight, begin_slide, bounce, curvature, follows, rub
 
 MOST_CONTACTS = 12  # in a substep; who has had so many stays where it is until the next
-SHORT = wp.constant(
-    0.51
-)  # a bounce from w to −w under an acceleration a takes 2 w/a; half a kick from rest is none, whatever rounding says
+# A bounce from w to −w under an acceleration a takes 2 w/a; half a kick from rest is none, whatever rounding says.
+SHORT = wp.constant(0.51)
 LEAST = wp.constant(1.0e-6)  # of a substep: too short for velocities from differences of places
 ALIKE = wp.constant(1.0e-6)  # relative: two velocities that rounding cannot tell apart
 

@@ -1,4 +1,4 @@
-"""Contact of a moving point with one collider, in the collider's own frame: how far it is, and when it first touches.
+"""Contact of a moving point with one collider, in the collider's own frame: when, where and how it first touches.
 
 Symbols: q the point [m], w its velocity [m/s], a its acceleration [m/s²], so that q(t) = q + w t + ½ a t² within the substep; g the gap,
 the distance to the surface, negative inside what is solid [m]; n the unit normal, toward the free side; e the skin [m].
@@ -11,17 +11,10 @@ Source: conservative advancement, Mirtich 1996; the planes: Zhang, Lee & Kim 200
 
 import warp as wp
 
-from warpsim.kernels.collider import BOX, CAPSULE, MESH, PLANE, SPHERE, Collider, into_frame
+from warpsim.kernels.clearance import NEVER, axis_point, measure_gap, skin_of
+from warpsim.kernels.collider import BOX, CAPSULE, MESH, SPHERE, Collider, into_frame
 
-NEVER = wp.constant(1.0e30)  # [s]
 MOST_STEPS = 32  # of an approach; who is not there by then stops where it is
-SKIN = wp.constant(3.814697265625e-06)  # 2^-18: the skin relative to the coordinates, 64 roundings of them
-
-
-@wp.struct
-class Gap:
-    g: float  # [m]
-    n: wp.vec3
 
 
 @wp.struct
@@ -38,6 +31,20 @@ class Touch:
 def along(q: wp.vec3, w: wp.vec3, a: wp.vec3, t: float) -> wp.vec3:
     """Return q + w t + ½ a t²."""
     return q + (w + a * (0.5 * t)) * t
+
+
+@wp.func(inline=True)
+def path_reach(
+    c: Collider, half: Collider, whole: Collider, x0: wp.vec3, v0: wp.vec3, x1: wp.vec3, v1: wp.vec3, h: float, dt: float
+) -> float:
+    """Return how far from its beginning a substep's path gets in the collider's frame [m]; endless for part of a substep beside a mover."""
+    middle = (x0 + x1) * 0.5 - (v1 - v0) * (0.125 * h)
+    q0 = into_frame(c.center, c.rotation, x0)
+    q1 = into_frame(whole.center, whole.rotation, x1)
+    bend = q0 + q1 - into_frame(half.center, half.rotation, middle) * 2.0
+    way = q1 - q0
+    reach = wp.sqrt(wp.dot(way, way)) + 0.5 * wp.sqrt(wp.dot(bend, bend)) + 2.0 * skin_of(c, x0)
+    return wp.where(c.moves == 1 and h < 0.999 * dt, NEVER, reach)
 
 
 @wp.func
@@ -65,167 +72,6 @@ def plane_time(g0: float, g1: float, g2: float, skin: float, left: float) -> flo
     if g1 < 0.0:
         return 0.0
     return fall_time(g0, g1, g2, g0)
-
-
-@wp.func
-def axis_point(c: Collider, q: wp.vec3) -> wp.vec3:
-    """Return the point of a capsule's axis nearest to q; the center of a sphere."""
-    return c.axis * wp.clamp(wp.dot(q, c.axis) / wp.max(wp.dot(c.axis, c.axis), 1.0e-20), -1.0, 1.0)
-
-
-@wp.func(inline=True)
-def box_distance(q: wp.vec3, half: wp.vec3) -> float:
-    """Return the signed distance to the box [-half, half].  Source: Quilez 2008."""
-    x = wp.abs(q[0]) - half[0]
-    y = wp.abs(q[1]) - half[1]
-    z = wp.abs(q[2]) - half[2]
-    px = wp.max(x, 0.0)
-    py = wp.max(y, 0.0)
-    pz = wp.max(z, 0.0)
-    return wp.sqrt(px * px + py * py + pz * pz) + wp.min(wp.max(wp.max(x, y), z), 0.0)
-
-
-@wp.func(inline=True)
-def plane_clearance(c: Collider, q: wp.vec3) -> float:
-    """Return g = n·q − r, r what is kept from it."""
-    return wp.dot(c.axis, q) - c.radius
-
-
-@wp.func(inline=True)
-def sphere_clearance(c: Collider, q: wp.vec3) -> float:
-    """Return g = ±(|q| − r), positive where particles may be."""
-    g = wp.sqrt(wp.dot(q, q)) - c.radius
-    return wp.where(c.inside == 1, -g, g)
-
-
-@wp.func(inline=True)
-def box_clearance(c: Collider, q: wp.vec3) -> float:
-    """Return the signed distance to the box, positive where particles may be."""
-    g = box_distance(q, c.half)
-    return wp.where(c.inside == 1, -g, g)
-
-
-@wp.func(inline=True)
-def capsule_clearance(c: Collider, q: wp.vec3) -> float:
-    """Return g = ±(|q − s| − r), s the nearest point of the axis."""
-    share = wp.clamp(wp.dot(q, c.axis) / wp.max(wp.dot(c.axis, c.axis), 1.0e-20), -1.0, 1.0)
-    d = q - c.axis * share
-    g = wp.sqrt(wp.dot(d, d)) - c.radius
-    return wp.where(c.inside == 1, -g, g)
-
-
-@wp.func(inline=True)
-def mesh_clearance(c: Collider, q: wp.vec3) -> float:
-    """Return the distance to the box round the mesh, which is at most that to the mesh; not positive inside the box."""
-    return box_distance(q - c.middle, c.half) - c.radius
-
-
-@wp.func(inline=True)
-def skin_of(c: Collider, x: wp.vec3) -> float:
-    """Return the distance within which a point at x counts as touching [m]: 64 roundings of the coordinates."""
-    return SKIN * (wp.max(wp.abs(x)) + wp.max(wp.abs(c.center)) + c.reach)
-
-
-@wp.func(inline=True)
-def path_reach(
-    c: Collider, half: Collider, whole: Collider, x0: wp.vec3, v0: wp.vec3, x1: wp.vec3, v1: wp.vec3, h: float, dt: float
-) -> float:
-    """Return how far from its beginning a substep's path gets in the collider's frame [m]; endless for part of a substep beside a mover."""
-    middle = (x0 + x1) * 0.5 - (v1 - v0) * (0.125 * h)
-    q0 = into_frame(c.center, c.rotation, x0)
-    q1 = into_frame(whole.center, whole.rotation, x1)
-    bend = q0 + q1 - into_frame(half.center, half.rotation, middle) * 2.0
-    way = q1 - q0
-    reach = wp.sqrt(wp.dot(way, way)) + 0.5 * wp.sqrt(wp.dot(bend, bend)) + 2.0 * skin_of(c, x0)
-    return wp.where(c.moves == 1 and h < 0.999 * dt, NEVER, reach)
-
-
-CLEARANCES = {  # kind -> lower bound of the distance to its surface, negative where it says nothing or inside
-    "plane": plane_clearance,
-    "sphere": sphere_clearance,
-    "box": box_clearance,
-    "capsule": capsule_clearance,
-    "mesh": mesh_clearance,
-}
-
-
-@wp.func
-def measure_clearance(c: Collider, q: wp.vec3) -> float:
-    """Return the clearance of a collider of any kind."""
-    if c.kind == PLANE:
-        return plane_clearance(c, q)
-    if c.kind == SPHERE:
-        return sphere_clearance(c, q)
-    if c.kind == BOX:
-        return box_clearance(c, q)
-    if c.kind == CAPSULE:
-        return capsule_clearance(c, q)
-    return mesh_clearance(c, q)
-
-
-@wp.func
-def box_gap(c: Collider, q: wp.vec3) -> Gap:
-    """Return the gap to the box and the direction from its nearest point."""
-    gap = Gap()
-    gap.g = box_distance(q, c.half)
-    d = wp.vec3()
-    largest = float(-NEVER)
-    nearest = int(0)
-    for i in range(3):
-        beyond = wp.abs(q[i]) - c.half[i]
-        d[i] = wp.sign(q[i]) * wp.max(beyond, 0.0)
-        if beyond > largest:
-            largest = beyond
-            nearest = i
-    if largest > 0.0:
-        gap.n = d / gap.g
-    else:
-        gap.n[nearest] = wp.where(q[nearest] < 0.0, -1.0, 1.0)
-    return gap
-
-
-@wp.func
-def measure_gap(c: Collider, q: wp.vec3) -> Gap:
-    """Return the gap and the normal at the nearest point of any collider but a mesh."""
-    gap = Gap()
-    if c.kind == PLANE:
-        gap.g = wp.dot(c.axis, q) - c.radius
-        gap.n = c.axis
-        return gap
-    if c.kind == BOX:
-        gap = box_gap(c, q)
-    else:
-        d = q - axis_point(c, q)
-        length = wp.length(d)
-        gap.g = length - c.radius
-        gap.n = wp.vec3(0.0, 1.0, 0.0)
-        if length > 0.0:
-            gap.n = d / length
-    if c.inside == 1:
-        gap.g = -gap.g
-        gap.n = -gap.n
-    return gap
-
-
-@wp.func
-def measure_mesh_gap(c: Collider, q: wp.vec3, skin: float, newborn: int) -> Gap:
-    """Return the gap and the normal at the nearest triangle within the skin; of a newborn's also from deep inside a solid."""
-    gap = Gap()
-    gap.g = NEVER
-    near = wp.mesh_query_point_no_sign(c.mesh, q, c.radius + skin)
-    if near.result:
-        d = q - wp.mesh_eval_position(c.mesh, near.face, near.u, near.v)
-        gap.n = wp.mesh_eval_face_normal(c.mesh, near.face)
-        if c.inside == 1 or (c.radius > 0.0 and wp.dot(gap.n, d) < 0.0):  # a sheet's free side is the one where the point is
-            gap.n = -gap.n
-        gap.g = wp.dot(gap.n, d) - c.radius
-    elif newborn == 1 and c.radius == 0.0:
-        deep = wp.mesh_query_point_sign_parity(c.mesh, q, NEVER)
-        if deep.result and (deep.sign < 0.0) != (c.inside == 1):
-            d = q - wp.mesh_eval_position(c.mesh, deep.face, deep.u, deep.v)
-            gap.g = -wp.length(d)
-            gap.n = d / gap.g
-    return gap
 
 
 @wp.func

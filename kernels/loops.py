@@ -9,8 +9,9 @@ vector width and for the plain kernels. Empty for CUDA. Measured in docs/adr/000
 import warp as wp
 
 from warpsim.kernels.advance import AMONG_COLLIDERS, LOOPS, advance_flight, living_step, store_body
+from warpsim.kernels.clearance import CLEARANCES
 from warpsim.kernels.collider import into_frame
-from warpsim.kernels.contact import CLEARANCES, path_reach
+from warpsim.kernels.contact import path_reach
 from warpsim.kernels.emission import ACTIVE, FAULT, KILLED, LIVE, Particles
 from warpsim.kernels.encounter import meet_colliders
 from warpsim.kernels.environment import KILL, Environment, drag_rate

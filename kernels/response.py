@@ -9,8 +9,9 @@ Source: Newton 1687 (restitution), Coulomb 1785 (friction).
 
 import warp as wp
 
+from warpsim.kernels.clearance import measure_gap, skin_of
 from warpsim.kernels.collider import CAPSULE, MESH, SPHERE, Collider, Pose, out_of_frame, surface_velocity
-from warpsim.kernels.contact import Touch, measure_gap, skin_of
+from warpsim.kernels.contact import Touch
 
 
 @wp.struct

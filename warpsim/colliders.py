@@ -4,13 +4,12 @@ import numpy as np
 import warp as wp
 
 from warpsim.kernels import collider
+from warpsim.kernels.clearance import CLEARANCES
 from warpsim.meshes import TriangleMesh, load_mesh
 from warpsim.scene import Scene, SceneError
 from warpsim.scene.colliders import Course
 from warpsim.scene.problems import Problem
-from warpsim.scene.strengths import Keyframes
-
-KINDS = {"plane": collider.PLANE, "sphere": collider.SPHERE, "box": collider.BOX, "capsule": collider.CAPSULE, "mesh": collider.MESH}
+from warpsim.signals import SignalTable, components, strength_signals
 
 SMALL = 0.1  # [m]: a plane has no size; this is what its skin would be of at the origin
 
@@ -24,13 +23,14 @@ class Colliders:
     def __init__(self, scene: Scene, device: str):
         self._meshes = {k: built(mesh_of(spec, k), device) for k, spec in enumerate(scene.colliders) if spec.type == "mesh"}
 
-    def rows(self, scene: Scene, table) -> list[collider.Collider]:
+    def rows(self, scene: Scene, table: SignalTable) -> list[collider.Collider]:
         """Return the rows; their courses are added to the table of signals."""
         return [self._row(k, spec, table) for k, spec in enumerate(scene.colliders)]
 
-    def _row(self, k: int, spec, table) -> collider.Collider:
+    def _row(self, k: int, spec, table: SignalTable) -> collider.Collider:
         row = course_row(spec, table)
-        row.kind, row.action, row.inside = KINDS[spec.type], collider.ACTIONS[spec.action], int(getattr(spec, "side", "") == "inside")
+        row.kind, row.action = list(CLEARANCES).index(spec.type), collider.ACTIONS[spec.action]
+        row.inside = int(getattr(spec, "side", "") == "inside")
         row.restitution, row.friction, row.moves = spec.restitution, spec.friction, int(spec.motion is not None)
         row.radius = getattr(spec, "radius", 0.0)
         match spec.type:
@@ -71,7 +71,7 @@ def built(mesh: TriangleMesh, device: str) -> wp.Mesh:
     return wp.Mesh(points, wp.array(mesh.triangles.reshape(-1), dtype=int, device=device))
 
 
-def course_row(spec, table) -> collider.Collider:
+def course_row(spec, table: SignalTable) -> collider.Collider:
     """Return a row that knows where its collider is; its courses are added to the table of signals."""
     row = collider.Collider()
     row.center_signal = course_signals(getattr(spec.motion, "center", None) or spec.center, table)
@@ -79,10 +79,6 @@ def course_row(spec, table) -> collider.Collider:
     return row
 
 
-def course_signals(course, table) -> wp.vec3i:
+def course_signals(course, table: SignalTable) -> wp.vec3i:
     """Add the three components of a place or of angles, constant or in time, to the signals."""
-    if isinstance(course, Course):
-        components = [Keyframes(keyframes=tuple((t, place[c]) for t, place in course.keyframes)) for c in range(3)]
-    else:
-        components = course
-    return wp.vec3i(*(table.add(component) for component in components))
+    return strength_signals(components(course.keyframes) if isinstance(course, Course) else course, table)

@@ -63,3 +63,8 @@ def strength_signals(strength, table: SignalTable) -> wp.vec3i:
     """Add a strength, of one or three components, to the signals."""
     components = strength if isinstance(strength, tuple) else (strength,)
     return wp.vec3i(*[table.add(component) for component in components], *[-1] * (3 - len(components)))
+
+
+def components(keyframes: Sequence[tuple[float, Sequence[float]]]) -> tuple[Keyframes, ...]:
+    """Return the three strengths that keyframes of vectors, (time [s], vector) each, are made of."""
+    return tuple(Keyframes(keyframes=tuple((t, vector[axis]) for t, vector in keyframes)) for axis in range(3))

@@ -15,7 +15,7 @@ from warpsim import SceneError, Simulation, load_scene
 from warpsim.images import IMAGES
 from warpsim.integrators import FIRST_ORDER_FORM, SECOND_ORDER_FORM
 from warpsim.kernels.birth import SHAPES
-from warpsim.kernels.contact import CLEARANCES
+from warpsim.kernels.clearance import CLEARANCES
 from warpsim.kernels.flow import FLOWS
 from warpsim.kernels.forces import FORCES
 from warpsim.kernels.pairwise import PAIR_LAWS

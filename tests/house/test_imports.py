@@ -22,7 +22,7 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "population": "kernels",
     "images": "kernels",
     "grids": "kernels scene",
-    "colliders": "kernels scene meshes",
+    "colliders": "kernels scene meshes signals",
     "poses": "kernels scene colliders signals",
     "directions": "",
     "signals": "kernels scene",

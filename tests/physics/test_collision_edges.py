@@ -102,6 +102,7 @@ def test_sand_stays_in_the_hourglass():
 
 
 def test_a_rising_floor_adds_twice_its_speed():
+    """Relative to the floor -3 becomes 3; the floor's own speed is a difference of places over half a substep: 1e-6 of them."""
     floor = {"type": "plane", "restitution": 1, "friction": 0, "motion": {"center": {"keyframes": [[0, [0, 0, 0]], [10, [0, 10, 0]]]}}}
     sim = simulate(start((0, 1, 0), (0.5, -2, 0)), colliders=[floor])
     sim.run(1.0)
@@ -149,6 +150,7 @@ def test_a_killer_kills_at_the_impact():
 
 @pytest.mark.parametrize("native", [True, False])
 def test_what_sticks_rides_along(native):
+    """Within a few skins (2e-5 m); speeds are differences of places over half a substep."""
     ball = {
         "type": "sphere",
         "radius": 0.5,
@@ -172,6 +174,7 @@ def test_what_sticks_rides_along(native):
 
 @pytest.mark.parametrize("native", [True, False])
 def test_who_is_born_inside_is_put_on_the_nearest_surface_and_counted(native, tmp_path):
+    """Within a few skins (2e-5 m at a meter)."""
     for solid, born, expected in (
         ({"type": "sphere", "radius": 1.0}, (0.0, 0.3, 0.4), (0.0, 0.6, 0.8)),
         ({"type": "box", "size": [2, 2, 2]}, (0.2, 0.9, 0.3), (0.2, 1.0, 0.3)),
@@ -186,6 +189,7 @@ def test_who_is_born_inside_is_put_on_the_nearest_surface_and_counted(native, tm
 
 
 def test_the_center_of_a_ball_is_no_trap():
+    """Every way out is as long; a few skins (2e-5 m) from the surface."""
     sim = simulate(start((0, 0, 0)), colliders=[{"type": "sphere", "radius": 1.0}])
     sim.step_frame()
     assert state(sim)[0][0] == pytest.approx([0, 1, 0], abs=1e-4)

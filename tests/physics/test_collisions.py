@@ -10,7 +10,7 @@ G = 9.81
 GROUND = {"type": "plane", "restitution": 1.0, "friction": 0.0}
 
 
-SKIN = 2e-5  # [m] by which a particle within a meter of the origin may stop short of a surface (kernels/contact.py)
+SKIN = 2e-5  # [m] by which a particle within a meter of the origin may stop short of a surface (kernels/clearance.py)
 
 
 def path(sim, seconds: float) -> tuple[np.ndarray, np.ndarray]:

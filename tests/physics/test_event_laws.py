@@ -253,6 +253,7 @@ def test_children_of_a_collision_may_leave_along_the_normal():
 
 
 def test_a_collider_that_kills_makes_a_death_in_its_place():
+    """Within a few skins of the ground (2e-5 m at a meter, kernels/clearance.py)."""
     ground = {"type": "plane", "action": "kill"}
     sim = simulate(splashing({**listening("death", 2), "velocity": None}, [ground]), seconds=1.0)
     c = sim.frame()["c"]

@@ -57,6 +57,7 @@ def test_a_smooth_field_is_of_second_order(rng, tmp_path):
 
 
 def test_outside_the_box_the_air_is_still_or_as_at_its_border(rng, tmp_path):
+    """Tolerance: as for a linear field."""
     velocity = linear(places((4, 5, 6)))
     points = CENTER + rng.uniform(-2.0, 2.0, (500, 3)) * SIZE
     beyond = (np.abs(points - CENTER) > 0.5 * SIZE).any(axis=1)
@@ -67,6 +68,7 @@ def test_outside_the_box_the_air_is_still_or_as_at_its_border(rng, tmp_path):
 
 
 def test_along_an_axis_with_one_node_nothing_changes(tmp_path):
+    """Tolerance: as for a linear field."""
     flow = probe(tmp_path / "w.npz", linear(places((5, 7, 3)))[:, :, 1:2])
     points = CENTER + np.array([[0.2, 0.4, z] for z in (-0.49, 0.0, 0.49)])
     assert flow.sample(points) == pytest.approx(np.tile(linear(points[1]), (3, 1)), abs=5e-6)
@@ -74,6 +76,7 @@ def test_along_an_axis_with_one_node_nothing_changes(tmp_path):
 
 
 def test_scale_and_travel_are_strengths(tmp_path):
+    """Tolerance: as for a linear field."""
     velocity = linear(places((3, 3, 3)))
     flow = probe(tmp_path / "w.npz", velocity, scale={"expression": "2*t"}, travel=[{"expression": "t"}, 0, 0])
     for t in (0.0, 0.5, 1.0):
@@ -102,6 +105,7 @@ def test_a_nanovdb_file_knows_where_it_is(codec, rng, tmp_path):
 
 
 def test_a_change_while_it_runs_moves_the_box(tmp_path):
+    """Three times as fast as the linear field, and so three times its roundings."""
     np.savez(tmp_path / "w.npz", velocity=linear(places((4, 4, 4))))
     wind = {"name": "wind", "type": "grid", "file": str(tmp_path / "w.npz"), "center": CENTER.tolist(), "size": SIZE.tolist()}
     sim = Simulation(scene(start([0, 0, 0]), flow=[wind], coupling="tracer"), device="cpu", threads=1)

@@ -161,6 +161,7 @@ def test_a_pair_acts_from_the_first_whole_substep_that_both_live():
 
 
 def test_the_strength_and_the_radius_change_while_it_runs():
+    """A kick of 1/60 m/s, exact to a few roundings of 6e-8."""
     pair = Pair(-1.0, 0.5, "constant", 0.0)
     sim = simulate(start((0, 0, 0)), start((1, 0, 0)), forces=between(pair), substeps=1)
     sim.step_frame()

@@ -1,4 +1,4 @@
-"""Twin of kernels/contact.py, response.py and collision.py: distances from the definition, touches by search, responses from the laws."""
+"""Twin of kernels/clearance, contact, response and collision: distances from the definition, touches by search, responses from the laws."""
 
 import numpy as np
 

@@ -112,7 +112,7 @@ MUTATIONS = (
     Mutation("box", BIRTH, "wp.cw_mul(h, wp.vec3(x, y, z))", "wp.cw_mul(h * 1.01, wp.vec3(x, y, z))", {"emitter_shapes": "box faces"}),
     Mutation("mesh_surface", BIRTH, "emitter.turn * on_surface(", "emitter.turn * 1.01 * on_surface(", {"mesh_emitter": "skin"}),
     Mutation("mesh_volume", BIRTH, "emitter.turn * in_volume(", "emitter.turn * 1.01 * in_volume(", {"mesh_emitter": "inside"}),
-    Mutation("round", "kernels/contact.py", "gap.g = length - c.radius", "gap.g = length - 1.01 * c.radius", {"drape": "top"}),
+    Mutation("round", "kernels/clearance.py", "gap.g = length - c.radius", "gap.g = length - 1.01 * c.radius", {"drape": "top"}),
     Mutation("air", "kernels/cloth.py", "area * (g * wp.dot", "area * (1.01 * g * wp.dot", {"cloth": "drift"}),
 )  # fmt: skip
 

@@ -16,8 +16,7 @@ from warpsim.launch import Stage
 from warpsim.networks import Net, point_masses, spring_numbers
 from warpsim.population import FIELDS, Population
 from warpsim.scene import Scene
-from warpsim.scene.strengths import Keyframes
-from warpsim.signals import SignalTable
+from warpsim.signals import SignalTable, components, strength_signals
 from warpsim.stability import Advice, advice_for, checked_advice
 from warpsim.systems.pairs import substep_of
 from warpsim.systems.points import PointPacker
@@ -93,10 +92,7 @@ class NetworkSystem(ABC):
     def _pin_rows(self, spec) -> tuple[springs.Pins, SignalTable]:
         device, table, motion = self.population.device, SignalTable(), {}
         for one in spec.pin_motion:
-            components = one.displacement or [
-                Keyframes(keyframes=tuple((t, place[axis]) for t, place in one.keyframes)) for axis in range(3)
-            ]
-            row = wp.vec3i(*[table.add(component) for component in components])
+            row = strength_signals(one.displacement or components(one.keyframes), table)
             motion |= dict.fromkeys(spec.pinned(one.pins or spec.pins), row)
         points = spec.pinned(spec.pins)
         pins = springs.Pins()
