@@ -48,6 +48,12 @@ class TriangleMesh:
         return 0.5 * np.linalg.norm(_doubled_areas(self.vertices.astype(float), self.triangles), axis=1)
 
     @property
+    def normals(self) -> np.ndarray:
+        """float64 (m, 3): unit normal of each triangle, outward."""
+        normals = _doubled_areas(self.vertices.astype(float), self.triangles)
+        return normals / np.linalg.norm(normals, axis=1, keepdims=True)
+
+    @property
     def volume(self) -> float:
         """What it encloses [m³]; of no meaning for an open mesh.  Source: divergence theorem."""
         return _signed_volume(self.vertices.astype(float), self.triangles)

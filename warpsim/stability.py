@@ -13,12 +13,12 @@ import numpy as np
 
 from warpsim.networks import Net, network_of, point_masses, spring_numbers
 from warpsim.scene import SceneError
+from warpsim.scene.pacing import MOST_SUBSTEPS
 from warpsim.scene.problems import Problem
 from warpsim.scene.springs import Network
 
 MARGIN = 0.9  # of the longest substep that `auto` takes: a network that moves has other directions than at its start
 SYMPLECTIC = ("semi_implicit_euler", "drift_kick", "verlet")
-MOST_SUBSTEPS = 10_000
 
 
 class Advice(NamedTuple):

@@ -8,7 +8,8 @@ from warpsim.scene.base import Mistake, WholeNumber, one_of_forms
 from warpsim.scene.forces import felt_pairs
 
 ADAPTIVE_SOLVERS = ("abm_pece_2", "abm_pece_4")
-MOST_SUBSTEPS = 64
+MOST_SUBSTEPS = 10_000  # per frame
+MAX_SUBSTEPS = 64  # of particles that choose, where their system does not say
 TOLERANCE = 1e-4  # [m]
 
 
@@ -16,7 +17,7 @@ def _form(value: Any) -> str:
     return "auto" if isinstance(value, str) else "number"
 
 
-Substeps = one_of_forms({"number": Annotated[WholeNumber, Field(ge=1, le=10_000)], "auto": Literal["auto"]}, _form)
+Substeps = one_of_forms({"number": Annotated[WholeNumber, Field(ge=1, le=MOST_SUBSTEPS)], "auto": Literal["auto"]}, _form)
 
 
 def is_adaptive(spec, time) -> bool:
@@ -27,7 +28,7 @@ def is_adaptive(spec, time) -> bool:
 def substep_count(spec, time) -> int:
     """Return a system's substeps per frame; of particles that choose, the most that they take; of a network that chooses, 1."""
     if is_adaptive(spec, time):
-        return spec.max_substeps or MOST_SUBSTEPS
+        return spec.max_substeps or MAX_SUBSTEPS
     return 1 if (spec.substeps or time.substeps) == "auto" else spec.substeps or time.substeps
 
 

@@ -13,7 +13,7 @@ from warpsim.launch import Stage
 from warpsim.population import CONTACT, FIELDS, Field, Population
 from warpsim.scene import Scene
 from warpsim.scene.events import events_of, has_colors
-from warpsim.scene.pacing import MOST_SUBSTEPS, TOLERANCE, is_adaptive, substep_count
+from warpsim.scene.pacing import MAX_SUBSTEPS, TOLERANCE, is_adaptive, substep_count
 from warpsim.systems.emitters import Emission
 from warpsim.systems.events import TINT, Events, fields_of
 from warpsim.systems.pairs import PairForces
@@ -40,7 +40,7 @@ def care_of(spec, device: str) -> wp.array:
     """Return what a system asks of substeps that its particles choose themselves, one row."""
     care = adaptive.Care()
     care.tolerance = spec.tolerance or TOLERANCE
-    care.finest = (spec.max_substeps or MOST_SUBSTEPS).bit_length() - 1
+    care.finest = (spec.max_substeps or MAX_SUBSTEPS).bit_length() - 1
     return wp.array([care], dtype=adaptive.Care, device=device)
 
 

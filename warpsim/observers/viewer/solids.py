@@ -37,9 +37,7 @@ def _solid(place: int, spec) -> dict:
 
 def is_smooth(mesh: TriangleMesh) -> bool:
     """Tell whether neighboring triangles nowhere meet at a sharp edge."""
-    corners = mesh.vertices[mesh.triangles].astype(float)
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = mesh.normals
     ends = np.sort(np.stack([mesh.triangles, np.roll(mesh.triangles, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     order = np.lexsort(ends.T)
     same = (ends[order][1:] == ends[order][:-1]).all(axis=1)
