@@ -29,6 +29,12 @@ def test_controls_become_sliders_within_the_bounds_of_their_fields():
     assert sliders["systems.p.coupling.alpha"].min == 0.0
 
 
+def test_a_number_that_may_be_a_list_keeps_its_bounds():
+    net = "{type: springs, points: [[0, 0, 0], [1, 0, 0]], springs: [[0, 1]], stiffness: 40}"
+    (slider,) = load_text(f"name: n\ncontrols: [systems.net.stiffness]\nsystems: {{net: {net}}}\n").sliders
+    assert (slider.min, slider.max) == (0.0, 120.0)
+
+
 @pytest.mark.parametrize(
     ("wrong", "told"),
     [

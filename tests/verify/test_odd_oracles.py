@@ -36,6 +36,12 @@ def test_what_cannot_be_answered_fails(oracle):
     assert finding.verdict == "fail" or "unstable" in finding.remark  # an unsoftened center tears the state apart
 
 
+def test_a_streamline_that_does_not_reach_its_plane_says_so():
+    oracle = {"type": "streamline", "start": [0, 0, 0], "length": 2, "plane": [5, 0, 0], "expect": [5, 0, 0], "tolerance": 1}
+    (finding,) = found(oracle, flow=[{"type": "uniform", "velocity": [1, 0, 0]}])
+    assert finding.verdict == "fail" and finding.remark == "it does not cross the plane within 2 m"
+
+
 def test_a_test_particle_that_a_collider_takes_is_gone():
     floor = {"type": "plane", "center": [0, -1, 0], "action": "kill"}
     (finding,) = found({"type": "arc", "system": "p", "at": 2, "tolerance": 1e9}, colliders=[floor], emitters=[POINT])
@@ -72,6 +78,14 @@ def test_what_makes_no_sense_is_a_mistake_at_its_place(oracle):
     with pytest.raises(SceneError) as refused:
         load_text(text, "odd.yaml")
     assert {problem.line for problem in refused.value.problems} == {4}
+
+
+@pytest.mark.parametrize("digest", ["abc", "X" * 32])
+def test_a_hash_that_is_none_is_told_what_a_hash_is(digest):
+    with pytest.raises(SceneError) as refused:
+        load_text(f"name: x\nverify:\n  - {{type: hash, at: 1, expect: {digest}}}\n", "odd.yaml")
+    (problem,) = refused.value.problems
+    assert (problem.line, problem.path) == (3, "verify.0.expect") and "32 digits" in problem.message
 
 
 def test_a_test_particle_may_be_released_before_frame_zero():

@@ -145,6 +145,11 @@ def bounds_of(slot: Slot) -> dict[str, float]:
     return found
 
 
+def number_bounds_of(slot: Slot) -> dict[str, float]:
+    """Return the range of a number that may stand at a slot, beside a list or a mapping, say."""
+    return bounds_of(slot) or next((bounds for _, form in forms(slot) if (bounds := bounds_of(form))), {})
+
+
 @dataclass(frozen=True)
 class FieldDescription:
     """What `info` says of one field."""
@@ -216,7 +221,7 @@ def _describe(path: str, slot: Slot) -> FieldDescription:
 
     specs = specs_of(slot)
     kinds = types_of(slot) or types_of(item_of(slot) or slot)
-    number = bounds_of(slot) or next((bounds for _, form in forms(slot) if (bounds := bounds_of(form))), {})
+    number = number_bounds_of(slot)
     keys = keys_of(specs[0]) if len(specs) == 1 else {}
     prose = slot.prose or (specs[0].__doc__ or "" if len(specs) == 1 else "")
     return FieldDescription(

@@ -1,15 +1,26 @@
 """Oracles of the scene's own particles: how many live, how far they reach, the state to the bit, and the order of their solver."""
 
-from typing import Annotated, ClassVar, Literal
+import re
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
+from pydantic_core import PydanticCustomError
 
 from warpsim.scene.base import Mistake, Name
 from warpsim.scene.oracles import AT, Bounded, Entry, FrameTime, Oracle, entry_misfits, entry_of, first_misfit, system_misfits
 from warpsim.scene.particles import Solver
 from warpsim.scene.strengths import Strength
 
-Digest = Annotated[str, Field(min_length=32, max_length=32, pattern=r"^[0-9a-f]{32}$")]
+_DIGEST = r"^[0-9a-f]{32}$"
+
+
+def _digest(value: Any) -> Any:
+    if isinstance(value, str) and not re.match(_DIGEST, value):
+        raise PydanticCustomError("digest", "expected the hash that `run` prints, 32 digits 0-9 and a-f")
+    return value
+
+
+Digest = Annotated[str, BeforeValidator(_digest), Field(min_length=32, max_length=32, pattern=_DIGEST)]
 
 
 class LiveCountOracle(Bounded, Oracle):

@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 from pydantic import Field, model_validator
 
 from warpsim.scene.base import Mistake, Number, ShortSpec, Spec, Truth, WholeNumber, is_number, mistakes
-from warpsim.scene.fields import bounds_of, keys_of
+from warpsim.scene.fields import keys_of, number_bounds_of
 from warpsim.scene.nearest import nearest
 
 MOST_SLIDERS = 64
@@ -110,11 +110,11 @@ def _follow(scene: Spec, path: str) -> tuple[Any, dict[str, float]]:
         known = _below(value)
         if part not in known:
             raise NoSuchNumber(f'{".".join(walked) or "a scene"} has nothing called "{part}"', nearest(part, list(known)))
-        bounds = bounds_of(keys_of(type(value))[part]) if isinstance(value, Spec) else bounds
+        bounds = number_bounds_of(keys_of(type(value))[part]) if isinstance(value, Spec) else bounds
         value = known[part]
         walked.append(part)
     if isinstance(value, ShortSpec) and is_number(getattr(value, value.shorthand, None)):
-        bounds = bounds_of(keys_of(type(value))[value.shorthand])
+        bounds = number_bounds_of(keys_of(type(value))[value.shorthand])
         value = getattr(value, value.shorthand)
     return value, bounds
 

@@ -20,7 +20,11 @@ class _Probed(FlowMeasurer):
         raise NotImplementedError
 
     def reading(self) -> Reading:
-        return Reading(self._measured, expected_at(self.oracle.expect, self.oracle.at))
+        return Reading(self._measured, expected_at(self.oracle.expect, self.oracle.at), remark=self.remark())
+
+    def remark(self) -> str:
+        """Return why there is no number, where there is none."""
+        return ""
 
 
 class VelocityMeasurer(_Probed):
@@ -86,3 +90,12 @@ class StreamlineMeasurer(_Probed):
         k = crossings[0]
         share = side[k] / (side[k] - side[k + 1]) if side[k] != side[k + 1] else 0.0
         return line[k] + share * (line[k + 1] - line[k])
+
+    def remark(self) -> str:
+        if np.isfinite(self._measured).all():
+            return ""
+        return (
+            "the flow is not finite on its way"
+            if self.oracle.plane is None
+            else f"it does not cross the plane within {self.oracle.length:g} m"
+        )
