@@ -15,7 +15,11 @@ UNIFORM, SCALED_UNIFORM, NORMAL, POISSON = range(4)
 COUNT_LAWS = {"uniform": UNIFORM, "scaled_uniform": SCALED_UNIFORM, "normal": NORMAL, "poisson": POISSON}
 VALUE_LAWS = {"uniform": UNIFORM, "normal": NORMAL}
 # A population's counters, int64, on the device.
-LIVE, ACTIVE, BORN, REFUSED, KILLED, NEXT_ID, FAULT, CHILDREN, PUSHED, COARSE, COUNTER_COUNT = range(11)
+LIVE, ACTIVE, BORN = range(3)  # particles: at the frame's beginning, with those born in it, these alone
+REFUSED, KILLED, NEXT_ID = range(3, 6)  # so far: births for which there was no room, particles removed beyond the world, identities given
+FAULT = 6  # 1: a particle left the world, and the scene does not want it removed
+CHILDREN, PUSHED, COARSE = range(7, 10)  # so far: births of events, particles put out of a collider, frames with too few substeps for one
+COUNTER_COUNT = 10
 MOST_BIRTHS = wp.constant(wp.float64(1.0e12))  # in one interval: what can be counted, far beyond what can be born
 
 

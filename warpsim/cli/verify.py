@@ -9,8 +9,6 @@ import typer
 from warpsim.cli.run import DEVICE
 from warpsim.cli.validate import JSON
 
-OUTCOMES = ("interrupted", "bad scene", "unstable", "failed", "empty", "passed")
-
 
 def verify(
     scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="Scene files or names of shipped scenes.")],
