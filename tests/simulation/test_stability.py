@@ -88,6 +88,8 @@ def test_auto_takes_what_the_springs_need():
     assert advice_for(auto.scene.systems["s"], auto.scene, auto.systems["s"].net).chosen == advice.chosen
     auto.change("systems.s.stiffness", 80_000.0)
     assert not auto.advice["s"].sufficient and auto.advice["s"].chosen == advice.chosen
+    with pytest.raises(UnstableError, match="auto counted before a number was changed"):
+        auto.run(1.0)
 
 
 def test_a_blow_up_names_the_number_that_helps():

@@ -179,7 +179,9 @@ class NetworkSystem(ABC):
         advice = self.advice
         if advice.least > advice.chosen:
             stand = f"its springs stand {advice.longest:.3g} s"
-            return f"try substeps: {advice.least} for this system, or auto: {stand}; or weaker springs, more mass"
+            asked = self.spec.substeps or self._scene.time.substeps
+            other = "; auto counted before a number was changed" if asked == "auto" else ", or auto"
+            return f"try substeps: {advice.least} for this system{other}: {stand}; or weaker springs, more mass"
         return f"try substeps: {2 * advice.chosen} for this system, or weaker forces" if advice.least else str(advice)
 
     def reset(self) -> None:
