@@ -1,7 +1,8 @@
 """Clearance: how far a point is from one collider, in the collider's own frame, and within which distance it counts as touching.
 
 Symbols: q the point [m]; g the gap, the distance to the surface, negative inside what is solid [m]; n the unit normal, toward the free
-side. The registry CLEARANCES numbers the shapes.
+side. The registry CLEARANCES numbers the shapes. For a mesh a lower bound of the distance is that to the box round it or, within the
+box, that of the cell in which the point is: from the cell's middle to the nearest triangle, less half the cell's diagonal.
 """
 
 import warp as wp
@@ -66,9 +67,20 @@ def capsule_clearance(c: Collider, q: wp.vec3) -> float:
 
 
 @wp.func(inline=True)
+def cell_of(p: float, counts: int, per_cell: float) -> int:
+    """Return the number of the cell, 0 … counts − 1, in which a place p from the box's corner lies [m]; per_cell [1/m]."""
+    return wp.clamp(int(p * per_cell), 0, counts - 1)
+
+
+@wp.func(inline=True)
 def mesh_clearance(c: Collider, q: wp.vec3) -> float:
-    """Return the distance to the box round the mesh, which is at most that to the mesh; not positive inside the box."""
-    return box_distance(q - c.middle, c.half) - c.radius
+    """Return what the box round the mesh, or the cell of the box, says of the distance to the triangles, less half a sheet's thickness."""
+    d = q - c.middle
+    i = cell_of(d[0] + c.half[0], c.cells[0], c.cells_per_meter[0])
+    j = cell_of(d[1] + c.half[1], c.cells[1], c.cells_per_meter[1])
+    k = cell_of(d[2] + c.half[2], c.cells[2], c.cells_per_meter[2])
+    g = box_distance(d, c.half)
+    return wp.where(g > 0.0, g, c.clearance[(i * c.cells[1] + j) * c.cells[2] + k]) - c.radius
 
 
 @wp.func(inline=True)
@@ -163,3 +175,21 @@ def measure_mesh_gap(c: Collider, q: wp.vec3, skin: float, newborn: int) -> Gap:
             gap.g = -wp.length(d)
             gap.n = d / gap.g
     return gap
+
+
+@wp.kernel(enable_backward=False)
+def measure_cells(first: int, c: Collider, cell: wp.vec3, clearance_out: wp.array[float]):
+    """Fill the clearance of one cell of a mesh's box, cell [m] large; of a solid's only where the whole cell is on the free side."""
+    n = first + wp.tid()
+    i = n // (c.cells[1] * c.cells[2])
+    j = n // c.cells[2] % c.cells[1]
+    k = n % c.cells[2]
+    x = (float(i) + 0.5) * cell[0]
+    y = (float(j) + 0.5) * cell[1]
+    z = (float(k) + 0.5) * cell[2]
+    q = c.middle - c.half + wp.vec3(x, y, z)
+    clearance_out[n] = -1.0
+    near = wp.mesh_query_point_sign_parity(c.mesh, q, 1.0e30)
+    if near.result and (c.radius > 0.0 or (near.sign < 0.0) == (c.inside == 1)):
+        distance = wp.length(q - wp.mesh_eval_position(c.mesh, near.face, near.u, near.v))
+        clearance_out[n] = distance * 0.9999 - 0.5001 * wp.length(cell)  # the query rounds, and so does a point's place in its cell

@@ -28,6 +28,9 @@ class Collider:
     half: wp.vec3  # box: half edges; mesh: those of the box round it [m]
     middle: wp.vec3  # mesh: center of that box in its own frame [m]
     mesh: wp.uint64
+    cells: wp.vec3i  # of that box along x, y, z
+    cells_per_meter: wp.vec3  # [1/m]
+    clearance: wp.array[float]  # of the cells, z fastest [m]
     reach: float  # a length of the size of its coordinates [m], for what rounding can do
     center_signal: wp.vec3i
     rotation_signal: wp.vec3i  # angles about x, y, z, in that order [degrees]
