@@ -8,7 +8,7 @@ equal distances, goes along: its polynomial is read at the new ones. No collisio
 import warp as wp
 
 from warpsim.kernels.advance import gather_body, living_step, store_body
-from warpsim.kernels.emission import ACTIVE, COARSE, Particles
+from warpsim.kernels.emission import ACTIVE, COARSE, Particles, count_one
 from warpsim.kernels.environment import Environment
 from warpsim.kernels.integration import FORMS, METHODS, Body, Pace
 from warpsim.kernels.loops import share
@@ -110,7 +110,7 @@ def careful_loop(order: int, feel, step, respace):
             level = level + 1
             body = try_frame(respace(begin, 1.0 / float(1 << (level - known))), level, care, pace, environment)
         if not body.position_error <= care.tolerance:
-            wp.atomic_add(counters_inout, COARSE, wp.int64(1))
+            count_one(COARSE, counters_inout)
         elif level > 0 and body.position_error * (MARGIN * float(1 << (order + 1))) < care.tolerance:
             level = level - 1
             body = respace(body, 2.0)

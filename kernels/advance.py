@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warpsim.kernels.emission import ACTIVE, FAULT, KILLED, Particles
+from warpsim.kernels.emission import ACTIVE, FAULT, KILLED, Particles, count_one
 from warpsim.kernels.encounter import age_after, meet_colliders, near_colliders
 from warpsim.kernels.environment import KILL, Environment, drag_rate
 from warpsim.kernels.integration import METHODS, Body, Pace, ballistic_position, drift, inside
@@ -81,7 +81,7 @@ def store_body(
         if alive == 1 and inside(body.x, body.v, environment.extent) == 0:
             if environment.policy == KILL:
                 alive = 0
-                wp.atomic_add(counters_inout, KILLED, wp.int64(1))
+                count_one(KILLED, counters_inout)
             else:
                 counters_inout[FAULT] = wp.int64(1)
     particles_out.alive[i] = alive

@@ -23,6 +23,21 @@ COUNTER_COUNT = 10
 MOST_BIRTHS = wp.constant(wp.float64(1.0e12))  # in one interval: what can be counted, far beyond what can be born
 
 
+ADD_ONE = """
+#if defined(__CUDA_ARCH__)
+    atomicAdd((unsigned long long*)(counters.data + place), 1ull);
+#else
+    __atomic_fetch_add(counters.data + place, (wp::int64)1, __ATOMIC_RELAXED);
+#endif
+"""
+
+
+@wp.func_native(ADD_ONE)
+def count_one(place: int, counters: wp.array[wp.int64]):
+    """Add 1 to a counter: wp.atomic_add is a plain sum on the CPU, where Warp knows of no second thread, and would lose some."""
+    wp.atomic_add(counters, place, wp.int64(1))
+
+
 @wp.struct
 class Distribution:
     mean: float

@@ -3,7 +3,7 @@
 import warp as wp
 
 from warpsim.kernels.collision import Passage, Span, approaches, cross_colliders, ride
-from warpsim.kernels.emission import PUSHED, Particles
+from warpsim.kernels.emission import PUSHED, Particles, count_one
 from warpsim.kernels.environment import Environment
 from warpsim.kernels.integration import Body, Pace
 
@@ -74,7 +74,7 @@ def meet_colliders(
     if passage.dead == 1:
         particles_inout.lifetime[i] = older - pace.dt * (1.0 - span.begin) + passage.time
     if passage.pushed == 1:
-        wp.atomic_add(counters_inout, PUSHED, wp.int64(1))
+        count_one(PUSHED, counters_inout)
     if particles_inout.impact.shape[0] > 0 and passage.impacts > 0:
         ago = float(pace.substep_count - s) * pace.dt - span.begin * pace.dt - passage.impact_time
         write_impact(i, ago, passage, particles_inout)

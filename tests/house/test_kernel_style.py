@@ -100,6 +100,13 @@ def test_kernel_function_marks_what_it_writes(path, node):
     assert written == marked, f"written {sorted(written)} but marked {sorted(marked)}"
 
 
+@each_function
+def test_kernel_function_adds_to_no_shared_number(path, node):
+    """wp.atomic_add is a plain sum on the CPU, which two threads run at once: count_one is for that; mark_arrivals runs in one."""
+    adds = [n.lineno for n in ast.walk(node) if isinstance(n, ast.Call) and ast.unparse(n.func).startswith("wp.atomic_")]
+    assert not adds or node.name in ("count_one", "mark_arrivals"), f"lines {adds}"
+
+
 @each_module
 def test_kernel_module_has_nothing_static(path):
     """Warp 1.19 hashes a wp.static in an unrolled loop only once it is built: a module's name in the cache would depend on the past."""
