@@ -31,6 +31,14 @@ class Network:
 
 
 @wp.struct
+class SpringTable:
+    ends: wp.array[wp.vec2i]  # (m): the points that each spring joins
+    rest: wp.array[float]  # (m): rest length [m]
+    stiffness: wp.array[float]  # (m) [N/m]
+    damping: wp.array[float]  # (m) [N·s/m]
+
+
+@wp.struct
 class Pins:
     point: wp.array[int]  # (pins): the points that are held
     home: wp.array2d[float]  # (3, pins): where, but for the motion [m]

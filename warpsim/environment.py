@@ -223,10 +223,15 @@ class Surroundings:
             if rows:
                 table.assign(wp.array(rows, dtype=table.dtype, device=table.device))
 
+    @property
+    def has_colliders(self) -> bool:
+        """Whether there is anything to bump into."""
+        return self.colliders.shape[1] > 0
+
     def stages(self) -> Iterator[Stage]:
         """Yield the stages that fill the tables for the frame under way."""
         inputs = (self.start_time, self._spacing, self._signals, self._flow, self._forces, self.flow, self.forces)
         yield Stage("environment", sample_moments, self._moment_count, inputs)
-        if len(self._colliders):
+        if self.has_colliders:
             inputs = (self.start_time, self._spacing, self._signals, self._colliders, self.colliders)
             yield Stage("colliders", sample_colliders, self._moment_count, inputs)

@@ -10,6 +10,7 @@ from warpsim.scene import SceneError
 from warpsim.scene.problems import Problem
 
 KINDS = ("structural", "shear", "bend")  # springs of cloth, in their order
+SPRING_NUMBERS = ("stiffness", "damping", "rest")  # of a spring, as spring_numbers() returns them
 SLICE = 64  # points of a slice of the packed springs; kernels/springs.py has the same
 
 

@@ -9,7 +9,7 @@ from tests.simulation.networks import network, simulate, state
 from warpsim import Simulation
 from warpsim.kernels.cloth import STEPS
 from warpsim.networks import network_of, spring_numbers
-from warpsim.systems.networks import WHEN
+from warpsim.systems.solvers.split import WHEN
 
 GRAVITY, DENSITY, AIR, SUBSTEPS = (0.3, -9.81, 0.0), 0.5, 2.0, 3
 NUMBERS = {"structural": (20.0, 0.02), "shear": (10.0, 0.01), "bend": (1.0, 0.005)}

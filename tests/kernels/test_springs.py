@@ -9,7 +9,7 @@ from tests.simulation.networks import network, simulate, state, tangle
 from warpsim import Simulation
 from warpsim.kernels.springs import spring_force
 from warpsim.networks import packed
-from warpsim.systems.networks import WHEN
+from warpsim.systems.solvers.split import WHEN
 
 GRAVITY, ALPHA = (0.3, -9.81, 0.0), 0.4
 MOTION = {"pins": [3], "keyframes": [[0.0, [0, 0, 0]], [0.1, [0.2, 0, 0.1]], [0.2, [0.2, 0.3, 0.1]]]}

@@ -5,7 +5,6 @@ from typing import ClassVar
 
 import warp as wp
 
-from warpsim.environment import Surroundings
 from warpsim.kernels import advance, loops
 
 
@@ -35,7 +34,7 @@ class Integrator(ABC):
         cls.damped_order = cls.__dict__.get("damped_order", cls.order)
 
     @classmethod
-    def kernels(cls, surroundings: Surroundings) -> tuple[wp.Kernel, wp.Kernel]:
-        """Return the plain kernel and the native loop for who moves in these surroundings."""
-        name = cls.name + (advance.AMONG_COLLIDERS if surroundings.colliders.shape[1] else "")
+    def kernels(cls, among_colliders: bool) -> tuple[wp.Kernel, wp.Kernel]:
+        """Return the plain kernel and the native loop for who moves freely, or among colliders."""
+        name = cls.name + (advance.AMONG_COLLIDERS if among_colliders else "")
         return advance.ADVANCE[name], loops.ADVANCE[name]

@@ -26,6 +26,7 @@ class Cloth(NetworkSystem):
         self.sheet.nx, self.sheet.ny = spec.resolution
         self.sheet.step = wp.array(list(cloth.STEPS), dtype=wp.vec2i, device=device)
         self.sheet.flow = self._wind.flow
+        self.sheet.inverse_mass = self.inverse_mass
         for key, array in self._numbers(spec).items():
             setattr(self.sheet, key, wp.array(array, dtype=float, device=device))
 
@@ -49,18 +50,22 @@ class Cloth(NetworkSystem):
         k, h = spec.air / spec.density, self.pace.dt
         numbers = {"rest": rest, "stiffness": [kind.stiffness for kind in kinds], "damping": [kind.damping for kind in kinds]}
         numbers["air"] = [-math.expm1(-k * h) / h]
-        return {key: np.array(values, np.float32) for key, values in numbers.items()} | {"inverse_mass": self.inverse_masses(spec)}
+        return {key: np.array(values, np.float32) for key, values in numbers.items()}
 
     def stages(self, native: bool) -> Iterator[Stage]:
         """Yield the frame's stages; nothing here waits for the device."""
         yield from self._wind.stages()
         yield from super().stages(native)
 
-    def forces(self, s: int) -> Iterator[Stage]:
-        """Yield the stages that sum the springs of every point, and add the wind."""
-        inputs, capacity = (self.sheet, self.particles, self.internal), self.population.capacity
-        yield Stage("springs", cloth.accumulate_cloth, capacity, inputs, cloth_loops.accumulate_cloth)
-        yield Stage("air", cloth.accumulate_air, capacity, (2 * s, *inputs), cloth_loops.accumulate_air)
+    def pull(self, moment: int) -> Iterator[Stage]:
+        """Yield the stage that sums the springs of every point."""
+        inputs = (self.sheet, self.particles, self.internal)
+        yield Stage("springs", cloth.accumulate_cloth, self.population.capacity, inputs, cloth_loops.accumulate_cloth)
+
+    def wind(self, moment: int) -> Iterator[Stage]:
+        """Yield the stage that adds the wind."""
+        inputs = (moment, self.sheet, self.particles, self.internal)
+        yield Stage("air", cloth.accumulate_air, self.population.capacity, inputs, cloth_loops.accumulate_air)
 
     def change(self, spec, scene: Scene, environment: Environment) -> None:
         """Take the numbers of another spec of the same structure, in place."""

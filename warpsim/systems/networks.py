@@ -2,64 +2,74 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
+from functools import cached_property
 
 import numpy as np
 import warp as wp
 
 from warpsim.environment import Environment, Surroundings
 from warpsim.frame import SystemFrame
-from warpsim.integrators import SECOND_ORDER_FORM
-from warpsim.kernels import emission, integration, springs
+from warpsim.kernels import emission, integration, points, springs
 from warpsim.kernels.collider import BOUNCE, BOX, Collider
 from warpsim.kernels.environment import KILL, RESET
 from warpsim.launch import Stage
-from warpsim.networks import Net, point_masses, spring_numbers
+from warpsim.networks import SPRING_NUMBERS, Net, point_masses, spring_numbers
 from warpsim.population import FIELDS, Population
 from warpsim.scene import Scene
 from warpsim.signals import SignalTable, components, strength_signals
 from warpsim.stability import Advice, advice_for, checked_advice
 from warpsim.systems.pairs import substep_of
+from warpsim.systems.parts import PARTS
 from warpsim.systems.points import PointPacker
+from warpsim.systems.solvers import SOLVERS
 
 FOREVER = 1.0e30  # [s]: a point's lifetime
-WITHIN, AFTER, HALVES = range(3)
-WHEN = {  # when the springs act: with the other forces, as a kick after the substep, or as half a kick before and after
-    "euler": WITHIN,
-    "semi_implicit_euler": WITHIN,
-    "drift_kick": AFTER,
-    "verlet": HALVES,
-}
 
 
 class NetworkSystem(ABC):
-    """A population of fixed size that the particles' kernels advance; subclasses say what its points do to each other.
+    """A population of fixed size, which a solver moves; subclasses say how its springs are summed, parts what acts on it besides.
 
     `net` holds the points where they start and what joins them.
     """
 
     def __init__(self, name: str, spec, scene: Scene, environment: Environment, clock: wp.array, net: Net):
-        self.name, self.spec, self.net, self._scene, self._clock, self._fps = name, spec, net, scene, clock, scene.time.fps
-        self.method = SECOND_ORDER_FORM[spec.solver]
-        count = checked_advice(name, spec, scene, net).chosen
-        self.population = Population(len(net.points), FIELDS | PointPacker.fields(spec.look), environment.device)
-        self._opening = int(clock.numpy()[0]) + 1  # number of the first frame; the motion begins at its end
+        self.name, self.spec, self.net, self.scene, self.clock, self._fps = name, spec, net, scene, clock, scene.time.fps
+        count, device = checked_advice(name, spec, scene, net).chosen, environment.device
+        self.population = Population(len(net.points), FIELDS | PointPacker.fields(spec.look), device)
+        self.opening = int(clock.numpy()[0]) + 1  # number of the first frame; the motion begins at its end
         self.surroundings = Surroundings(environment, self._felt(spec, environment), 2 * count + 1, 0.5 / (self._fps * count))
         self.pace = integration.Pace()
         self.pace.dt, self.pace.fps, self.pace.substep_count = 1.0 / (scene.time.fps * count), scene.time.fps, count
         self._fill(spec)
         self.particles = self.population.view()
-        self.internal = wp.zeros((3, self.population.capacity), dtype=float, device=environment.device)
-        if WHEN[spec.solver] == WITHIN:
-            self.particles.internal = self.internal
+        self.internal = wp.zeros((3, self.population.capacity), dtype=float, device=device)
+        self.inverse_mass = wp.array(self._inverse_masses(spec), dtype=float, device=device)
         self.points = PointPacker(self.population, self.particles, spec.look, scene.time.fps)
         self._pins, table = self._pin_rows(spec)
-        self._pins.signals = table.tables(environment.device)
+        self._pins.signals = table.tables(device)
         self._start_time = environment.start_time
-        self._start = self.population.save()
+        self.solver = SOLVERS[spec.solver](self)
+        self.parts = [part(self) for part in PARTS if part.wanted(spec)]
+        self.resolves = not self.solver.resolves or any(part.constrains for part in self.parts)
+        self.start = wp.zeros((6, self.population.capacity if self.resolves else 0), dtype=float, device=device)
+        self._origin = self.save()
 
     @abstractmethod
-    def forces(self, s: int) -> Iterator[Stage]:
-        """Yield the stages that store in `internal` what the neighbors do at the beginning of substep s [m/s²]."""
+    def pull(self, moment: int) -> Iterator[Stage]:
+        """Yield the stages that store in `internal` what the springs do to each point at its present place [m/s²]."""
+
+    def wind(self, moment: int) -> Iterator[Stage]:
+        """Yield the stages that add to `internal` what the flow does across a surface [m/s²]."""
+        yield from ()
+
+    @cached_property
+    def table(self) -> springs.SpringTable:
+        """The springs one by one, on the device; made when it is first asked for."""
+        table, device = springs.SpringTable(), self.population.device
+        table.ends = wp.array(self.net.springs, dtype=wp.vec2i, device=device)
+        for key, values in zip(SPRING_NUMBERS, spring_numbers(self.spec, self.net), strict=True):
+            setattr(table, key, wp.array(np.ascontiguousarray(values), dtype=float, device=device))
+        return table
 
     def energy(self) -> float:
         """Return what the springs hold at the present frame, Σ ½ k (|d| − r)² [J], in float64."""
@@ -70,7 +80,7 @@ class NetworkSystem(ABC):
     def _fill(self, spec) -> None:
         """Put every point where it starts, at rest."""
         count, capacity, population = len(self.net.points), self.population.capacity, self.population
-        resting = {"lifetime": FOREVER, "radius": spec.radius, "mass": 1.0, "birth_frame": self._opening}
+        resting = {"lifetime": FOREVER, "radius": spec.radius, "mass": 1.0, "birth_frame": self.opening}
         for key, value in resting.items():
             population.field(key).fill_(value)  # the empty slots too: a loop computes them and stores nothing
         population.field("position").assign(spread(self.net.points.T, capacity))
@@ -101,7 +111,7 @@ class NetworkSystem(ABC):
         pins.motion = wp.array([motion.get(i, wp.vec3i(-1, -1, -1)) for i in points], dtype=wp.vec3i, device=device)
         return pins, table
 
-    def inverse_masses(self, spec) -> np.ndarray:
+    def _inverse_masses(self, spec) -> np.ndarray:
         """Return 1/m of every slot [1/kg], 0 for pins."""
         inverse = 1.0 / point_masses(spec, self.net)
         inverse[spec.pinned(spec.pins)] = 0.0
@@ -110,31 +120,53 @@ class NetworkSystem(ABC):
     def stages(self, native: bool) -> Iterator[Stage]:
         """Yield the frame's stages; nothing here waits for the device."""
         yield from self.surroundings.stages()
-        when, count, dt = WHEN[self.spec.solver], self.pace.substep_count, self.pace.dt
-        for s in range(count):
-            if when == WITHIN or (when == HALVES and s == 0):
-                yield from self.forces(s)
-            if when == HALVES and s == 0:
-                yield self._kick(0.5 * dt)
-            yield self._advance(s)
-            yield from self._hold(s)
-            if when != WITHIN:
-                yield from self.forces(s + 1)
-                yield self._kick(0.5 * dt if when == HALVES and s == count - 1 else dt)  # the two halves that meet are one
-        yield from self.points.stages(self._clock)
+        yield from self.solver.stages()
+        yield from self.points.stages(self.clock)
 
-    def _advance(self, s: int) -> Stage:
-        """Return the stage that moves every point through substep s."""
-        plain, loop = self.method.kernels(self.surroundings)
-        inputs = (substep_of(self.pace, s), self._clock, self.surroundings.row, self.particles, self.population.counters)
-        return Stage("advance", plain, self.population.capacity, inputs, loop)
+    def prepare(self, moment: int) -> Iterator[Stage]:
+        """Yield what parts do before anybody asks for forces at a moment, in half substeps."""
+        for part in self.parts:
+            yield from part.prepare(moment)
 
-    def _kick(self, h: float) -> Stage:
-        """Return the stage in which the springs act for a time h."""
-        inputs = (h, len(self.net.points), self._opening, self._clock, self.internal, self.particles.velocity)
-        return Stage("springs", springs.kick_points, self.population.capacity, inputs)
+    def forces(self, moment: int) -> Iterator[Stage]:
+        """Yield the stages that store in `internal` all that acts within the network at a moment, in half substeps [m/s²]."""
+        yield from self.prepare(moment)
+        yield from self.pull(moment)
+        yield from self._besides(moment)
 
-    def _hold(self, s: int) -> Iterator[Stage]:
+    def outer_forces(self, moment: int) -> Iterator[Stage]:
+        """Yield the same but for the springs, for solvers that answer those in a way of their own; prepare() is not in it."""
+        yield Stage("springs", points.clear_internal, self.population.capacity, (self.internal,))
+        yield from self._besides(moment)
+
+    def _besides(self, moment: int) -> Iterator[Stage]:
+        yield from self.wind(moment)
+        for part in self.parts:
+            yield from part.forces(moment)
+
+    def begin(self) -> Iterator[Stage]:
+        """Yield the stage that notes where a substep finds the points, if somebody wants to know; before anything moves."""
+        if self.resolves:
+            yield Stage("points", points.scatter_start, self.population.capacity, (len(self.net.points), self.particles, self.start))
+
+    def settle(self, s: int) -> Iterator[Stage]:
+        """Yield what comes after substep s has moved the points: constraints, contacts, pins."""
+        for part in self.parts:
+            yield from part.constrain(s)
+        if self.resolves:
+            yield from self._resolve(s)
+        yield from self.hold(s)
+        for part in self.parts:
+            yield from part.after(s)
+
+    def _resolve(self, s: int) -> Iterator[Stage]:
+        count, population, row = len(self.net.points), self.population, self.surroundings.row
+        if self.surroundings.has_colliders:
+            inputs = (count, self.opening, substep_of(self.pace, s), self.clock, row, self.start, self.particles, population.counters)
+            yield Stage("contacts", points.resolve_points, population.capacity, inputs)
+        yield Stage("points", points.mark_faults, population.capacity, (count, row, self.particles, population.counters))
+
+    def hold(self, s: int) -> Iterator[Stage]:
         """Yield the stage that puts the pins where they belong at the end of substep s."""
         count = self._pins.point.shape[0]
         if count:
@@ -161,17 +193,23 @@ class NetworkSystem(ABC):
 
     def change(self, spec, scene: Scene, environment: Environment) -> None:
         """Take the numbers of another spec of the same structure, in place; the environment has changed already."""
-        self.spec, self._scene = spec, scene
+        self.spec, self.scene = spec, scene
         self.surroundings.change(*self._felt(spec, environment))
         self.population.field("mass").assign(spread(point_masses(spec, self.net), self.population.capacity, 1.0))
         self.population.field("radius").fill_(spec.radius)
+        self.inverse_mass.assign(self._inverse_masses(spec))
+        if "table" in self.__dict__:
+            for key, values in zip(SPRING_NUMBERS, spring_numbers(spec, self.net), strict=True):
+                getattr(self.table, key).assign(values.astype(np.float32))
         self._pin_rows(spec)[1].write(self._pins.signals)
         self.points.change(spec.look)
+        for member in self._members:
+            member.change()
 
     @property
     def advice(self) -> Advice:
         """What its springs stand as they are now, and the substeps that it has."""
-        return advice_for(self.spec, self._scene, self.net)._replace(chosen=self.pace.substep_count)
+        return advice_for(self.spec, self.scene, self.net)._replace(chosen=self.pace.substep_count)
 
     @property
     def remedy(self) -> str:
@@ -179,26 +217,39 @@ class NetworkSystem(ABC):
         advice = self.advice
         if advice.least > advice.chosen:
             stand = f"its springs stand {advice.longest:.3g} s"
-            asked = self.spec.substeps or self._scene.time.substeps
+            asked = self.spec.substeps or self.scene.time.substeps
             other = "; auto counted before a number was changed" if asked == "auto" else ", or auto"
             return f"try substeps: {advice.least} for this system{other}: {stand}; or weaker springs, more mass"
         return f"try substeps: {2 * advice.chosen} for this system, or weaker forces" if advice.least else str(advice)
 
     def reset(self) -> None:
         """Put the network back to where it started."""
-        self.population.restore(self._start)
+        self.restore(self._origin)
+        for part in self.parts:
+            part.reset()
+
+    @property
+    def _members(self) -> list:
+        return [self.solver, *self.parts]
 
     def statistics(self) -> dict[str, float]:
         """Return what there is to tell besides counts and kinetic energy."""
-        return {"elastic_energy": self.energy()}
+        numbers = {"elastic_energy": self.energy()}
+        for member in self._members:
+            numbers |= member.statistics()
+        return numbers
 
     def save(self) -> dict[str, np.ndarray]:
         """Return a copy of the full state."""
-        return self.population.save()
+        more = {key: np.array(array.numpy()) for member in self._members for key, array in member.state.items()}
+        return self.population.save() | more
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Take back a state made by save()."""
         self.population.restore(state)
+        for member in self._members:
+            for key, array in member.state.items():
+                array.assign(state[key])
 
 
 def thickened(row: Collider, thickness: float) -> Collider:

@@ -114,7 +114,7 @@ class Particles:
             inputs = (self.care, self.pace, self._clock, self.surroundings.row, self.particles, self.population.counters)
             yield Stage("advance", plain, self.population.capacity, inputs, loop)
             return
-        plain, loop = self.method.kernels(self.surroundings)
+        plain, loop = self.method.kernels(self.surroundings.has_colliders)
         states = (self.newborn, self.particles) if self.newborn is not self.particles else (self.particles,)
         inputs = (self.pace, self._clock, self.surroundings.row, *states, self.population.counters)
         yield Stage("advance", plain, self.population.capacity, inputs, loop)

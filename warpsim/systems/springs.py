@@ -8,7 +8,7 @@ import warp as wp
 from warpsim.environment import Environment
 from warpsim.kernels import spring_loops, springs
 from warpsim.launch import Stage
-from warpsim.networks import network_of, packed, spring_numbers
+from warpsim.networks import SPRING_NUMBERS, network_of, packed, spring_numbers
 from warpsim.scene import Scene
 from warpsim.systems.networks import NetworkSystem
 
@@ -19,21 +19,21 @@ class Springs(NetworkSystem):
     def __init__(self, name: str, spec, scene: Scene, environment: Environment, clock: wp.array, earlier: Mapping):
         super().__init__(name, spec, scene, environment, clock, network_of(spec, f"systems.{name}"))
         device = environment.device
-        self._packed = packed(len(self.net.points), self.net.springs)
+        self.packed = packed(len(self.net.points), self.net.springs)
         self.network = springs.Network()
         self.network.point_count = len(self.net.points)
-        self.network.begin = wp.array(self._packed.begin, dtype=int, device=device)
-        self.network.neighbor = wp.array(self._packed.neighbor.reshape(-1), dtype=int, device=device)
+        self.network.begin = wp.array(self.packed.begin, dtype=int, device=device)
+        self.network.neighbor = wp.array(self.packed.neighbor.reshape(-1), dtype=int, device=device)
+        self.network.inverse_mass = self.inverse_mass
         for key, array in self._numbers(spec).items():
             setattr(self.network, key, wp.array(array, dtype=float, device=device))
 
     def _numbers(self, spec) -> dict[str, np.ndarray]:
         """Return the network's arrays of numbers by their names."""
-        values = zip(("stiffness", "damping", "rest"), spring_numbers(spec, self.net), strict=True)
-        arrays = {key: self._packed.values(value) for key, value in values}
-        return arrays | {"inverse_mass": self.inverse_masses(spec)}
+        values = zip(SPRING_NUMBERS, spring_numbers(spec, self.net), strict=True)
+        return {key: self.packed.values(value) for key, value in values}
 
-    def forces(self, s: int) -> Iterator[Stage]:
+    def pull(self, moment: int) -> Iterator[Stage]:
         """Yield the stage that sums the springs of every point."""
         inputs = (self.network, self.particles, self.internal)
         yield Stage("springs", springs.accumulate_springs, self.population.capacity, inputs, spring_loops.accumulate_springs)

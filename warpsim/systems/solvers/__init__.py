@@ -1,0 +1,8 @@
+"""Solvers of networks: how coupled points move through a frame, one file each."""
+
+from warpsim.systems.solvers.base import NetworkSolver
+from warpsim.systems.solvers.split import WHEN, Split
+
+SOLVERS: dict[str, type[NetworkSolver]] = dict.fromkeys(WHEN, Split)
+
+__all__ = ["SOLVERS", "NetworkSolver"]
