@@ -9,13 +9,17 @@ import warp as wp
 from rich.console import Console
 
 import warpsim
-from benchmarks.cases import Case, million, sparks
-from benchmarks.measure import Sample, Timing, Way, stage_shares, take_turns
+from benchmarks.cases import Case, flag, million, sparks
+from benchmarks.cloth import measure_cloth
+from benchmarks.measure import Sample, Timing, Way, moves_per_frame, stage_shares, take_turns
 from benchmarks.neighbors import measure_neighbors
 from benchmarks.report import Report
 from benchmarks.startup import measure_startup
+from warpsim import SceneError, load_scene
 from warpsim.kernel_cache import prepare_kernel_cache
 from warpsim.launch import available_cores
+
+CASES = ("startup", "million", "neighbors", "cloth", "sparks", "flag")
 
 
 def processor() -> str:
@@ -48,7 +52,7 @@ def measure_ways(case: Case, report: Report, device: str, rounds: int) -> None:
     for way, timing in times.items():
         live = sum(system["live"] for system in runs[way].statistics().values())
         seconds, cores = timing.seconds, timing.cores.median
-        nanoseconds = 1e9 * seconds.median / (live * case.scene.time.substeps)
+        nanoseconds = 1e9 * seconds.median / moves_per_frame(runs[way])
         cells = [
             way.label,
             f"{1e3 * seconds.median:.2f}",
@@ -86,7 +90,7 @@ def tell_ratios(name: str, report: Report, times: dict[Way, Timing]) -> None:
         report.ratio(name, f"{natives[0].label} / {natives[1].label}", ratio, bar=1.5, starved=starved)
 
 
-def measure_real_time(case: Case, report: Report, device: str, rounds: int) -> None:
+def measure_real_time(case: Case, report: Report, device: str, rounds: int, bar: float) -> None:
     """How much faster than the clock on the wall a small scene runs."""
     way = Way("native, 1 thread", 1)
     run = way.build(case.scene, device)
@@ -95,36 +99,60 @@ def measure_real_time(case: Case, report: Report, device: str, rounds: int) -> N
     live = sum(system["live"] for system in run.statistics().values())
     report.fact(case.name, case.what, f"{1e6 * seconds.median:.0f} us/frame, {live:,} live", seconds=seconds.median, live=live)
     real = Sample([1.0 / (case.scene.time.fps * value) for value in seconds.values])
-    report.ratio(case.name, "times real time", real, bar=200.0)
+    report.ratio(case.name, "times real time", real, bar)
     report.console.print()
 
 
-def main() -> None:
+def measure_own(name: str, report: Report, device: str, rounds: int) -> None:
+    """A scene by name or file, after its first second. Stops with the words for a scene that has mistakes."""
+    try:
+        scene = load_scene(name)
+    except SceneError as error:
+        sys.exit(str(error))
+    measure_ways(Case(scene.name, scene.description or scene.name, scene, round(scene.time.fps)), report, device, rounds)
+
+
+def measure_cases(wanted: set[str], options: argparse.Namespace, report: Report) -> None:
     """Run the cases that were asked for."""
+    count, rounds = (20_000, 5) if options.quick else (options.count, options.rounds)
+    on_cpu = options.device == "cpu"  # where the peers are
+    if "startup" in wanted:
+        measure_startup(report, max(2, rounds // 3))
+    if "million" in wanted:
+        measure_ways(million(count), report, options.device, rounds)
+    if "neighbors" in wanted and on_cpu:
+        for size in (5_000,) if options.quick else (20_000, 100_000, count):
+            measure_neighbors(size, report, max(5, rounds // 3))  # the peers take seconds
+    if "cloth" in wanted and on_cpu:
+        for size in (16,) if options.quick else (32, 64, 128, 256):
+            measure_cloth(size, report, rounds)
+    if "sparks" in wanted:
+        measure_real_time(sparks(2_000), report, options.device, rounds, bar=200.0)
+    if "flag" in wanted:
+        measure_real_time(flag(), report, options.device, rounds, bar=50.0)
+
+
+def main() -> None:
+    """Run the cases that were asked for, or a scene."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="small counts and few rounds: shows that it works, not how fast")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as a JSON line")
-    parser.add_argument("--only", choices=["million", "neighbors", "sparks", "startup"], help="one case alone")
+    parser.add_argument("--only", choices=CASES, help="one case alone")
+    parser.add_argument("--scene", help="a scene alone, by name or file: all ways of running it")
     parser.add_argument("--count", type=int, default=1_000_000, help="particles of the main case")
     parser.add_argument("--rounds", type=int, default=30, help="turns of each way")
     parser.add_argument("--device", default="cpu", help="cpu or cuda:N")
     options = parser.parse_args()
     prepare_kernel_cache(print)
-    count, rounds = (20_000, 5) if options.quick else (options.count, options.rounds)
     report = Report(Console(width=None if sys.stdout.isatty() else 140))
     machine = {"processor": processor(), "cores": available_cores(), "device": options.device}
     machine |= {"python": platform.python_version(), "warp": wp.config.version, "warpsim": warpsim.__version__}
     report.fact("machine", "machine", ", ".join(f"{key}: {value}" for key, value in machine.items()), **machine)
     report.console.print()
-    if options.only in (None, "startup"):
-        measure_startup(report, max(2, rounds // 3))
-    if options.only in (None, "million"):
-        measure_ways(million(count), report, options.device, rounds)
-    if options.only in (None, "neighbors") and options.device == "cpu":
-        for size in (5_000,) if options.quick else (20_000, 100_000, count):
-            measure_neighbors(size, report, max(5, rounds // 3))  # the peers take seconds
-    if options.only in (None, "sparks"):
-        measure_real_time(sparks(2_000), report, options.device, rounds)
+    if options.scene:
+        measure_own(options.scene, report, options.device, 5 if options.quick else options.rounds)
+    else:
+        measure_cases({options.only} if options.only else set(CASES), options, report)
     if options.json:
         report.write(options.json)
 

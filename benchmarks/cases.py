@@ -87,3 +87,28 @@ def sparks(count: int) -> Case:
     }
     what = f"{count:,} live sparks, 2 primitives, drag, gravity, 4 substeps"
     return Case("sparks", what, Scene.model_validate(scene), warmup_frames=int(1.5 * lifetime * 60))
+
+
+def flag() -> Case:
+    """A flag of the size of the shipped one, in gusts, at the 16 substeps that its springs stand."""
+    scene = {
+        "name": "flag",
+        "time": {"fps": 60, "substeps": 16, "duration": 60.0},
+        "flow": [{"type": "uniform", "velocity": [{"expression": "7 + 2*sin(1.1*t)"}, 0, {"expression": "1.5*sin(2.3*t)"}]}],
+        "systems": {
+            "flag": {
+                "type": "cloth",
+                "resolution": [61, 41],
+                "corner": [0, 3.1, 0],
+                "edges": [[1.8, 0, 0], [0, -1.2, 0]],
+                "density": 0.15,
+                "structural": {"stiffness": 30, "damping": 0.004},
+                "shear": {"stiffness": 15, "damping": 0.002},
+                "bend": {"stiffness": 1},
+                "air": 0.9,
+                "pins": ["left"],
+            }
+        },
+    }
+    what = "a flag of 61 x 41 points in gusts, structural, shear and bend springs, air, 16 substeps"
+    return Case("flag", what, Scene.model_validate(scene), warmup_frames=120)

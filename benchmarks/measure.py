@@ -77,6 +77,12 @@ def take_turns(runs: dict[Way, Simulation], rounds: int, wait: Callable[[], None
     return {way: Timing(Sample(seconds[way]), Sample(cores[way])) for way in runs}
 
 
+def moves_per_frame(run: Simulation) -> float:
+    """Return how many substeps its particles take in a frame, all together; where they choose them, as many as they have chosen."""
+    told = run.statistics()
+    return sum(told[name]["live"] * told[name].get("substeps", system.pace.substep_count) for name, system in run.systems.items())
+
+
 def stage_shares(run: Simulation, frames: int) -> dict[str, float]:
     """Share of every stage in a frame: medians of stages run one by one, over their sum."""
     taken = [run.time_stages() for _ in range(frames)]
