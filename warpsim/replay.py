@@ -14,7 +14,7 @@ from warpsim.networks import Net, network_of
 from warpsim.poses import Poses
 from warpsim.scene import load_scene
 from warpsim.scene.springs import Network
-from warpsim.systems.networks import FOREVER
+from warpsim.systems.lasting import FOREVER
 from warpsim.systems.points import PointPacker, frames_between
 
 FRAMES_KEPT = 32  # read frames that stay in memory

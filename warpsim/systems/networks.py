@@ -1,57 +1,41 @@
 """Networks: systems whose points neither come nor go, joined by forces that are gathered once per substep, and pinned where they are."""
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Iterator
 from functools import cached_property
 
 import numpy as np
 import warp as wp
 
-from warpsim.environment import Environment, Surroundings
-from warpsim.frame import SystemFrame
-from warpsim.kernels import emission, integration, points, springs
-from warpsim.kernels.collider import BOUNCE, BOX, Collider
-from warpsim.kernels.environment import KILL, RESET
+from warpsim.environment import Environment
+from warpsim.kernels import points, springs
 from warpsim.launch import Stage
 from warpsim.networks import SPRING_NUMBERS, Net, point_masses, spring_numbers
-from warpsim.population import FIELDS, Population
 from warpsim.scene import Scene
 from warpsim.signals import SignalTable, components, strength_signals
 from warpsim.stability import Advice, advice_for, checked_advice
-from warpsim.systems.pairs import substep_of
+from warpsim.systems.lasting import LastingSystem, spread
 from warpsim.systems.parts import PARTS
-from warpsim.systems.points import PointPacker
 from warpsim.systems.solvers import SOLVERS
 
-FOREVER = 1.0e30  # [s]: a point's lifetime
 
-
-class NetworkSystem(ABC):
+class NetworkSystem(LastingSystem):
     """A population of fixed size, which a solver moves; subclasses say how its springs are summed, parts what acts on it besides.
 
     `net` holds the points where they start and what joins them.
     """
 
     def __init__(self, name: str, spec, scene: Scene, environment: Environment, clock: wp.array, net: Net):
-        self.name, self.spec, self.net, self.scene, self.clock, self._fps = name, spec, net, scene, clock, scene.time.fps
-        count, device = checked_advice(name, spec, scene, net).chosen, environment.device
-        self.population = Population(len(net.points), FIELDS | PointPacker.fields(spec.look), device)
-        self.opening = int(clock.numpy()[0]) + 1  # number of the first frame; the motion begins at its end
-        self.surroundings = Surroundings(environment, self._felt(spec, environment), 2 * count + 1, 0.5 / (self._fps * count))
-        self.pace = integration.Pace()
-        self.pace.dt, self.pace.fps, self.pace.substep_count = 1.0 / (scene.time.fps * count), scene.time.fps, count
-        self._fill(spec)
-        self.particles = self.population.view()
-        self.internal = wp.zeros((3, self.population.capacity), dtype=float, device=device)
-        self.inverse_mass = wp.array(self._inverse_masses(spec), dtype=float, device=device)
-        self.points = PointPacker(self.population, self.particles, spec.look, scene.time.fps)
+        self.net, self._start_time = net, environment.start_time
+        count, mass = checked_advice(name, spec, scene, net).chosen, point_masses(spec, net)
+        super().__init__(name, spec, scene, environment, clock, count, net.points, np.zeros_like(net.points), mass)
+        self.inverse_mass = wp.array(self._inverse_masses(spec), dtype=float, device=self.device)
         self._pins, table = self._pin_rows(spec)
-        self._pins.signals = table.tables(device)
-        self._start_time = environment.start_time
+        self._pins.signals = table.tables(self.device)
         self.solver = SOLVERS[spec.solver](self)
         self.parts = [part(self) for part in PARTS if part.wanted(spec)]
-        self.resolves = not self.solver.resolves or any(part.constrains for part in self.parts)
-        self.start = wp.zeros((6, self.population.capacity if self.resolves else 0), dtype=float, device=device)
+        if not self.solver.resolves or any(part.constrains for part in self.parts):
+            self.resolve_contacts()
         self._origin = self.save()
 
     @abstractmethod
@@ -76,28 +60,6 @@ class NetworkSystem(ABC):
         stiffness, _, rest = spring_numbers(self.spec, self.net)
         ends = self.population.host("position").T.astype(float)[self.net.springs]
         return float(0.5 * (stiffness * (np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) - rest) ** 2).sum())
-
-    def _fill(self, spec) -> None:
-        """Put every point where it starts, at rest."""
-        count, capacity, population = len(self.net.points), self.population.capacity, self.population
-        resting = {"lifetime": FOREVER, "radius": spec.radius, "mass": 1.0, "birth_frame": self.opening}
-        for key, value in resting.items():
-            population.field(key).fill_(value)  # the empty slots too: a loop computes them and stores nothing
-        population.field("position").assign(spread(self.net.points.T, capacity))
-        population.field("mass").assign(spread(point_masses(spec, self.net), capacity, 1.0))
-        numbers = np.zeros((2, capacity), np.uint32)
-        numbers[0, :count] = np.arange(count)
-        population.field("id").assign(numbers)
-        population.alive.fill_(1)
-        counters = np.zeros(emission.COUNTER_COUNT, np.int64)
-        counters[[emission.LIVE, emission.ACTIVE, emission.NEXT_ID]] = count
-        population.counters.assign(counters)
-
-    def _felt(self, spec, environment: Environment) -> tuple:
-        """Return what the network feels. No point of it is ever removed: where points would be killed it starts anew as a whole."""
-        row, flow, forces, colliders = environment.felt(spec.feels, spec.coupling)
-        row.policy = RESET if row.policy == KILL else row.policy
-        return row, flow, forces, [thickened(one, spec.thickness) for one in colliders if one.action == BOUNCE]
 
     def _pin_rows(self, spec) -> tuple[springs.Pins, SignalTable]:
         device, table, motion = self.population.device, SignalTable(), {}
@@ -144,27 +106,14 @@ class NetworkSystem(ABC):
         for part in self.parts:
             yield from part.forces(moment)
 
-    def begin(self) -> Iterator[Stage]:
-        """Yield the stage that notes where a substep finds the points, if somebody wants to know; before anything moves."""
-        if self.resolves:
-            yield Stage("points", points.scatter_start, self.population.capacity, (len(self.net.points), self.particles, self.start))
-
     def settle(self, s: int) -> Iterator[Stage]:
         """Yield what comes after substep s has moved the points: constraints, contacts, pins."""
         for part in self.parts:
             yield from part.constrain(s)
-        if self.resolves:
-            yield from self._resolve(s)
+        yield from self.resolve(s)
         yield from self.hold(s)
         for part in self.parts:
             yield from part.after(s)
-
-    def _resolve(self, s: int) -> Iterator[Stage]:
-        count, population, row = len(self.net.points), self.population, self.surroundings.row
-        if self.surroundings.has_colliders:
-            inputs = (count, self.opening, substep_of(self.pace, s), self.clock, row, self.start, self.particles, population.counters)
-            yield Stage("contacts", points.resolve_points, population.capacity, inputs)
-        yield Stage("points", points.mark_faults, population.capacity, (count, row, self.particles, population.counters))
 
     def hold(self, s: int) -> Iterator[Stage]:
         """Yield the stage that puts the pins where they belong at the end of substep s."""
@@ -174,35 +123,18 @@ class NetworkSystem(ABC):
             yield Stage("pins", springs.project_pins, count, inputs)
 
     @property
-    def load(self) -> int:
-        """How many particles that move alone are about as much work: it decides between one core and all."""
-        return len(self.net.points)  # more work each, but in as many pieces as there are substeps
-
-    def frame(self, index: int) -> SystemFrame:
-        """Return what observers see of the present frame."""
-        population = self.population
-        return SystemFrame(
-            population.host,
-            tuple(population.fields),
-            self.points.pack,
-            lambda: population.counter("live"),
-            index,
-            self._fps,
-            {"springs": self.net.springs, "triangles": self.net.triangles},
-        )
+    def topology(self) -> dict[str, np.ndarray]:
+        """Its springs and triangles."""
+        return {"springs": self.net.springs, "triangles": self.net.triangles}
 
     def change(self, spec, scene: Scene, environment: Environment) -> None:
         """Take the numbers of another spec of the same structure, in place; the environment has changed already."""
-        self.spec, self.scene = spec, scene
-        self.surroundings.change(*self._felt(spec, environment))
-        self.population.field("mass").assign(spread(point_masses(spec, self.net), self.population.capacity, 1.0))
-        self.population.field("radius").fill_(spec.radius)
+        self.take(spec, scene, environment, point_masses(spec, self.net))
         self.inverse_mass.assign(self._inverse_masses(spec))
         if "table" in self.__dict__:
             for key, values in zip(SPRING_NUMBERS, spring_numbers(spec, self.net), strict=True):
                 getattr(self.table, key).assign(values.astype(np.float32))
         self._pin_rows(spec)[1].write(self._pins.signals)
-        self.points.change(spec.look)
         for member in self._members:
             member.change()
 
@@ -242,30 +174,11 @@ class NetworkSystem(ABC):
     def save(self) -> dict[str, np.ndarray]:
         """Return a copy of the full state."""
         more = {key: np.array(array.numpy()) for member in self._members for key, array in member.state.items()}
-        return self.population.save() | more
+        return super().save() | more
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Take back a state made by save()."""
-        self.population.restore(state)
+        super().restore(state)
         for member in self._members:
             for key, array in member.state.items():
                 array.assign(state[key])
-
-
-def thickened(row: Collider, thickness: float) -> Collider:
-    """Return a collider's row grown by a thickness [m] on the side where points may be; a mesh becomes one with two sides."""
-    grown = Collider()
-    for name in Collider.vars:
-        setattr(grown, name, getattr(row, name))
-    if row.kind == BOX:
-        grown.half = wp.vec3(*(max(edge + (-thickness if row.inside else thickness), 1e-6) for edge in row.half))
-    elif thickness:
-        grown.radius = max(row.radius + (-thickness if row.inside else thickness), 1e-6)
-    return grown
-
-
-def spread(values: np.ndarray, capacity: int, rest: float = 0.0) -> np.ndarray:
-    """Return values (…, n) as float32 (…, capacity), the columns beyond n filled with `rest`."""
-    array = np.full((*values.shape[:-1], capacity), rest, np.float32)
-    array[..., : values.shape[-1]] = values
-    return array
