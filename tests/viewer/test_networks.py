@@ -7,6 +7,7 @@ from tests.browser import Browser, find_chromium
 from tests.simulation.networks import simulate
 from tests.viewer.page import picture
 from tests.viewer.test_browser import show
+from warpsim import Scene, Simulation
 from warpsim.observers.html import HtmlRecording
 from warpsim.observers.viewer import Viewer
 
@@ -21,21 +22,23 @@ def browser():
         yield browser
 
 
-def seen(browser, side: float, move: float, **look) -> np.ndarray:
-    """Return the picture of a red cloth seen from z = 5 or from behind, moved to the right."""
+def seen(browser, side: float, move: float, fold: float = 0.0, **look) -> np.ndarray:
+    """Return the picture of a red cloth seen from z = 5 or from behind, moved to the right, folded so that z = fold |x|."""
     camera = {"eye": [0, 0, 5 * side], "target": [0, 0, 0], "field_of_view": 40}
     sim = simulate(**CLOTH, look={"color": "#ff0000", **look}, more={**STAGE, "camera": camera})
     with Viewer(sim.scene, port=0) as viewer:
         page = browser.open(viewer.url)
         assert viewer.wait_for_client(60.0)
         show(viewer, page, sim.frame())
-        if move:
+        if move or fold:
             field = sim.systems["s"].population.field("position")
             array = field.numpy()
             array[0] += np.float32(move)
+            array[2] += np.float32(fold) * np.abs(array[0])
             field.assign(array)
             sim.step_frame()
             show(viewer, page, sim.frame())
+        page.run("document.body.classList.add('bare')")  # no words, no boxes
         shown = picture(page).astype(int)
         assert page.complaints() == []
     return shown
@@ -57,6 +60,15 @@ def test_a_surface_moves_with_its_points(browser):
     assert middle[1] > middle[0] + 40
 
 
+@pytest.mark.parametrize("side", [1, -1], ids=["front", "back"])
+def test_a_fold_is_seen_by_its_shade(browser, side):
+    """A ridge toward the eye; the sun stands before it, on the left. Its left half is the brighter one by more than a tenth: from the front
+    it faces the sun, and from behind, where left is right, the sun shines through it more straightly."""
+    shown = seen(browser, side, 0.0, fold=-0.8 * side)[..., 0]
+    left, right = shown[120:180, 130:180].mean(), shown[120:180, 220:270].mean()
+    assert right > 60 and left > 1.1 * right
+
+
 def test_springs_are_lines_with_holes_between(browser):
     shown = red(seen(browser, 1, 0.0, show=["springs"], width=0.03))
     assert 0.01 < shown.mean() < 0.15 and shown[:, 190:210].any()
@@ -68,3 +80,70 @@ def test_a_film_holds_what_joins_the_points(tmp_path):
         film.add(sim.frame())
     text = (tmp_path / "x.html").read_text()
     assert text.count('class="commands"') == 2 and text.count('class="frame"') == 1 and "class Net" in text
+
+
+S = "document.dispatchEvent(new KeyboardEvent('keydown', {key: 's', bubbles: true}))"
+BOXES = "[...document.querySelectorAll('#panel .check')].map((l) => [l.textContent, l.firstChild.checked, l.firstChild.indeterminate])"
+RIBBONS = "stream.clouds.map((cloud) => cloud.net.ribbons.visible && cloud.net.ribbons.geometry.instanceCount)"
+
+
+def test_springs_are_drawn_on_the_surface_by_a_key_and_by_a_box(browser):
+    """The sheet stays; dark lines come upon it and go. Its 5 x 5 points have 40 + 32 springs, and 30 to the next but one."""
+    camera = {"eye": [0, 0, 5], "target": [0, 0, 0], "field_of_view": 40}
+    sim = simulate(**CLOTH, look={"color": "#ff0000"}, more={**STAGE, "camera": camera})
+    with Viewer(sim.scene, port=0) as viewer:
+        page = browser.open(viewer.url)
+        assert viewer.wait_for_client(60.0)
+        show(viewer, page, sim.frame())
+        assert page.run(BOXES) == [["points", False, False], ["springs", False, False], ["surface", True, False]]
+        page.run("document.body.classList.add('bare')")
+        bare = picture(page)
+        page.run(S)
+        assert page.run(RIBBONS) == [102] and page.run(BOXES)[1] == ["springs", True, False]
+        lined = picture(page)
+        darker = red(bare) & (lined[..., 0] < 0.7 * bare[..., 0])
+        assert 0.05 < darker.sum() / red(bare).sum() < 0.4 and red(lined).sum() > 0.7 * red(bare).sum()
+        sim.step_frame()
+        show(viewer, page, sim.frame())
+        assert page.run(RIBBONS) == [102]
+        page.reload()  # its own wishes are a page's own
+        show(viewer, page, sim.frame())
+        page.wait_for("stream.clouds.length === 1 && stream.clouds[0].net !== null")
+        assert page.run(RIBBONS) == [False]
+        page.run("document.querySelectorAll('#panel .check input')[1].click()")
+        assert page.run(RIBBONS) == [102]
+        page.run("document.querySelectorAll('#panel .check input')[2].click(), document.body.classList.add('bare')")
+        assert page.run(BOXES)[2] == ["surface", False, False] and red(picture(page)).mean() < 0.5 * red(bare).mean()
+        page.run(S)
+        assert page.run(RIBBONS) == [False]
+        assert page.complaints() == []
+
+
+def test_a_key_goes_to_and_fro_between_the_scene_and_all_or_none(browser):
+    """A rope shows its springs, a cloth does not: all of them, then each as the scene has it. A rope alone: none, then its own."""
+    rope = {"type": "springs", "points": [[0, 0, 0], [1, 0, 0]], "springs": [[0, 1]], "stiffness": 1.0}
+    for systems, seen in ((dict(cloth=CLOTH, rope=rope), ([False, 1], [102, 1])), (dict(rope=rope), ([1], [False]))):
+        sim = Simulation(Scene.model_validate({"name": "two", "systems": systems, **STAGE}), device="cpu", threads=1)
+        with Viewer(sim.scene, port=0) as viewer:
+            page = browser.open(viewer.url)
+            assert viewer.wait_for_client(60.0)
+            show(viewer, page, sim.frame())
+            assert page.run(RIBBONS) == seen[0] and page.run(BOXES)[1][2] == (len(systems) == 2)
+            for turn in (1, 0, 1):
+                page.run(S)
+                assert page.run(RIBBONS) == seen[turn]
+
+
+def test_springs_of_a_film_are_drawn_on_demand(browser, tmp_path):
+    sim = simulate(**CLOTH)
+    with HtmlRecording(tmp_path / "x.html", sim.scene, 60.0) as film:
+        for frame in sim.frames(3):
+            film.add(frame)
+    page = browser.open((tmp_path / "x.html").as_uri())
+    page.wait_for("typeof player !== 'undefined' && player.shown === 2 && !player.playing")
+    assert page.run(RIBBONS) == [False]
+    page.run(S)
+    assert page.run(RIBBONS) == [102]
+    page.run("player.ask({type: 'seek', value: 0})")
+    page.wait_for("player.shown === 0")
+    assert page.run(RIBBONS) == [102] and page.complaints() == []

@@ -16,6 +16,7 @@ _SKIES = {
     "dusk": ([0.14, 0.19, 0.27], [0.42, 0.48, 0.55]),
     "day": ([0.78, 0.85, 0.92], [0.965, 0.960, 0.945]),
 }
+_FINE = 0.06  # width of a spring that is drawn on a surface, in lengths of springs
 _PALE = 0.75  # luma from which a thing is lost against the day
 
 
@@ -74,7 +75,14 @@ def _net(slot: int, system, look) -> dict:
     width = look.width if look.width is not None else 0.4 * max(size for _, size in look.size.stops)
     numbers = {key: np.ascontiguousarray(getattr(system, key), "<u4").tobytes() for key in ("springs", "triangles")}
     parts = {"points": "points" in shown, "lines": "springs" in shown, "surface": "surface" in shown}
-    return {"type": "warpsim_net", "slot": slot, "width": float(width), **parts, **numbers}
+    widths = {"width": float(width), "fine": min(float(width), _FINE * _typical_length(system))}
+    return {"type": "warpsim_net", "slot": slot, **widths, **parts, **numbers}
+
+
+def _typical_length(system) -> float:
+    """Return the median length of a network's springs at this frame [m]."""
+    ends = system.position[system.springs].astype(float)
+    return float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))) if len(ends) else 0.0
 
 
 def _control(slider) -> dict:

@@ -51,7 +51,7 @@ class Cloud {
   join(c) {
     if (this.net !== null) this.points.remove(this.net.sheet, this.net.ribbons);
     this.net = new Net(this, c);
-    if (this.last !== null) this.net.show(this.last.position, this.last.color);
+    return this.net;
   }
 
   // Before each picture.

@@ -5,9 +5,10 @@
 const HOLD = 400;     // ms for which a slider in somebody's hand does not listen to the run
 
 class Controls {
-  constructor(viewer, lines, send) {
+  constructor(viewer, lines, nets, send) {
     this.viewer = viewer;
     this.lines = lines;
+    this.nets = nets;
     this.send = send;
     this.parts = Object.fromEntries(
       ["bar", "panel", "reset", "play", "step", "seek", "clock", "speed", "record", "image"].map((id) => [id, document.getElementById(id)]));
@@ -59,23 +60,36 @@ class Controls {
       return { control, input, value };
     });
     panel.append(document.createElement("div"));
-    this.offerLines();
+    this.offerBoxes();
   }
 
-  // What of the scene can be drawn faintly, each with a box to tick.
-  offerLines() {
-    const { panel } = this.parts, room = panel.lastElementChild;
+  // What can be drawn or not, each with a box to tick: parts of networks, and faint lines of the scene.
+  offerBoxes() {
+    const { panel } = this.parts, room = panel.lastElementChild, nets = Object.entries(this.nets.state());
     if (room === null) return;
     room.textContent = "";
-    for (const [key, lines] of this.lines.drawn) {
-      const label = document.createElement("label"), input = document.createElement("input");
-      label.className = "check";
-      Object.assign(input, { type: "checkbox", checked: lines.visible });
-      input.addEventListener("change", () => { this.lines.toggle(key); input.blur(); });
-      label.append(input, document.createTextNode(key));
-      room.append(label);
+    for (const [part, drawn] of nets) {
+      const title = part === "springs" ? "Springs of networks (S)" : `${part} of networks`;
+      room.append(Controls.box(part, title, drawn === "all", drawn === "some", () => this.toggleNets(part)));
     }
-    panel.hidden = this.sliders.length === 0 && this.lines.drawn.size === 0;
+    for (const [key, lines] of this.lines.drawn) room.append(Controls.box(key, "", lines.visible, false, () => this.lines.toggle(key)));
+    panel.hidden = this.sliders.length === 0 && this.lines.drawn.size === 0 && nets.length === 0;
+  }
+
+  static box(word, title, checked, indeterminate, act) {
+    const label = document.createElement("label"), input = document.createElement("input");
+    label.className = "check";
+    label.title = title;
+    Object.assign(input, { type: "checkbox", checked, indeterminate });
+    input.addEventListener("change", () => { act(); input.blur(); });
+    label.append(input, document.createTextNode(word));
+    return label;
+  }
+
+  toggleNets(part) {
+    this.nets.toggle(part);
+    this.viewer.set_dirty();
+    this.offerBoxes();
   }
 
   status(status) {
@@ -159,12 +173,13 @@ class Controls {
       ArrowRight: () => this.send({ type: "seek", value: this.index + second }),
       i: () => this.save(),
       h: () => document.body.classList.toggle("bare"),
+      s: () => this.toggleNets("springs"),
       t: () => document.body.classList.toggle("tree"),
     };
     const act = acts[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (act === undefined || inSlider) return;
     event.preventDefault();
-    if (this.state !== null || /^[iht]$/i.test(event.key)) act();
+    if (this.state !== null || /^[ihst]$/i.test(event.key)) act();
   }
 
   // The picture as it stands, without the words.

@@ -1,19 +1,27 @@
 // What joins the points of a network: its surface as a shaded sheet, seen from both sides, and its springs as round ribbons.
-// Places come with the points; only the sheet's normals and the ribbons' ends are worked out here, into buffers that stay.
+// Places come with the points; only the sheet's normals and the ribbons' ends are worked out here, into buffers that stay, and
+// that are made when the part is first drawn.
 "use strict";
 
 class Net {
-  // c: {springs, triangles: bytes of uint32, width [m], surface, lines: whether each is shown}
+  // c: {springs, triangles: bytes of uint32, width, fine [m] of a spring by itself and on a surface, points, lines, surface: whether
+  // the scene shows each}
   constructor(cloud, c) {
     const T = MeshCat.THREE, numbers = (bytes) => new Uint32Array(Uint8Array.from(bytes).buffer);
     this.cloud = cloud;
-    this.springs = c.lines ? numbers(c.springs) : new Uint32Array(0);
-    this.triangles = c.surface ? numbers(c.triangles) : new Uint32Array(0);
+    this.springs = numbers(c.springs);
+    this.triangles = numbers(c.triangles);
+    this.has = { points: true, springs: this.springs.length > 0, surface: this.triangles.length > 0 };
+    this.own = { points: c.points, springs: c.lines, surface: c.surface };
+    this.shown = this.own;
+    this.widths = [c.width, c.fine];
     this.count = 0;
-    this.sheet = new T.Mesh(new T.BufferGeometry(), Net.material(Net.SHEET_VERTEX, Net.SHEET, { eye: { value: new T.Vector3() } }));
-    this.ribbons = new T.Mesh(this.ribbonGeometry(), Net.material(Net.RIBBON_VERTEX, Net.RIBBON, {
-      width: { value: c.width }, viewSize: { value: new T.Vector2(1, 1) },
-    }));
+    const behind = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
+    const before = { polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -1 };  // ribbons of a surface lie on it
+    this.sheet = new T.Mesh(new T.BufferGeometry(), Net.material(Net.SHEET_VERTEX, Net.SHEET, { eye: { value: new T.Vector3() } }, behind));
+    this.ribbons = new T.Mesh(new T.InstancedBufferGeometry(), Net.material(Net.RIBBON_VERTEX, Net.RIBBON, {
+      width: { value: c.width }, ink: { value: 0 }, viewSize: { value: new T.Vector2(1, 1) },
+    }, before));
     const turn = new T.Matrix4();
     this.sheet.onBeforeRender = (renderer, scene, camera) => {
       turn.copy(this.sheet.matrixWorld).invert();
@@ -26,7 +34,24 @@ class Net {
       mesh.renderOrder = -1;   // it hides what is behind, so it comes before all that is soft
       cloud.points.add(mesh);
     }
-    cloud.points.material.visible = c.points;
+    this.draw(this.own);
+  }
+
+  // parts: {points, springs, surface}, whether each is to be drawn; on a surface springs are fine lines that stand out from it
+  draw(parts) {
+    const { material } = this.ribbons;
+    this.shown = parts;
+    this.cloud.points.material.visible = parts.points;
+    const onSurface = this.drawn("surface");
+    material.uniforms.width.value = this.widths[onSurface ? 1 : 0];
+    material.uniforms.ink.value = onSurface ? 1 : 0;
+    material.transparent = onSurface;
+    material.depthWrite = !onSurface;
+    if (this.cloud.last !== null) this.show(this.cloud.last.position, this.cloud.last.color);
+  }
+
+  drawn(part) {
+    return this.shown[part] && this.has[part];
   }
 
   // position: {view: Uint16Array of four numbers a point, affine}, color: {view: four bytes a point}
@@ -37,27 +62,39 @@ class Net {
     for (let i = 0, p = 0, q = 0; i < count; i++, p += 4, q += 3) {
       for (let axis = 0; axis < 3; axis++) place[q + axis] = view[p + axis] / 65535 * affine[axis] + affine[3 + axis];
     }
-    if (this.triangles.length > 0) this.lay(color.view);
-    if (this.springs.length > 0) this.stretch(color.view);
-    this.sheet.visible = this.triangles.length > 0;
-    this.ribbons.visible = this.springs.length > 0;
+    this.sheet.visible = this.drawn("surface");
+    this.ribbons.visible = this.drawn("springs");
+    if (this.sheet.visible) this.lay(color.view);
+    if (this.ribbons.visible) this.stretch(color.view);
   }
 
   fit(count) {
-    const T = MeshCat.THREE, geometry = new T.BufferGeometry();
     this.count = count;
     this.place = new Float32Array(3 * count);
+    this.fresh = { sheet: true, ribbons: true };
+  }
+
+  sheetGeometry() {
+    const T = MeshCat.THREE, geometry = new T.BufferGeometry(), { count } = this;
     this.normal = new Float32Array(3 * count);
     geometry.setIndex(new T.BufferAttribute(this.triangles, 1));
     geometry.setAttribute("position", new T.BufferAttribute(this.place, 3).setUsage(T.DynamicDrawUsage));
     geometry.setAttribute("normal", new T.BufferAttribute(this.normal, 3).setUsage(T.DynamicDrawUsage));
     geometry.setAttribute("color", new T.BufferAttribute(new Uint8Array(4 * count), 4, true).setUsage(T.DynamicDrawUsage));
-    this.sheet.geometry.dispose();
-    this.sheet.geometry = geometry;
+    return geometry;
+  }
+
+  // The buffers of a part, made when it is first drawn with so many points.
+  renew(part, made) {
+    if (!this.fresh[part]) return;
+    this.fresh[part] = false;
+    this[part].geometry.dispose();
+    this[part].geometry = made();
   }
 
   // Normals weighted by area, which is what the cross products add up to.
   lay(tint) {
+    this.renew("sheet", () => this.sheetGeometry());
     const { place: x, normal: n, triangles } = this, { attributes } = this.sheet.geometry;
     n.fill(0);
     for (let t = 0; t < triangles.length; t += 3) {
@@ -76,6 +113,7 @@ class Net {
   }
 
   stretch(tint) {
+    this.renew("ribbons", () => this.ribbonGeometry());
     const { place, springs } = this, { start, end, color } = this.ribbons.geometry.attributes;
     for (let s = 0, at = 0; s < springs.length; s += 2, at += 3) {
       const i = 3 * springs[s], j = 3 * springs[s + 1];
@@ -100,11 +138,10 @@ class Net {
     return geometry;
   }
 
-  static material(vertexShader, fragmentShader, uniforms) {
+  static material(vertexShader, fragmentShader, uniforms, offset) {
     const T = MeshCat.THREE, { near, far, color } = Looks.air;
     const air = { hazeNear: near, hazeFar: far, hazeColor: color };
-    const behind = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };  // ribbons of a surface lie on it
-    const options = { uniforms: { ...uniforms, ...air }, side: T.DoubleSide, ...behind };
+    const options = { uniforms: { ...uniforms, ...air }, side: T.DoubleSide, ...offset };
     const [vertex, fragment, glslVersion] = viewer.renderer.capabilities.isWebGL2 ? [Net.VERTEX_300, Net.FRAGMENT_300, T.GLSL3] : ["", Net.FRAGMENT_100];
     return new T.RawShaderMaterial({ vertexShader: vertex + vertexShader, fragmentShader: fragment + fragmentShader, glslVersion, ...options });
   }
@@ -170,7 +207,7 @@ Net.RIBBON_VERTEX = `
     uniform vec2 viewSize;        // [pixels]
     uniform float width;          // [m]
     varying vec3 tint;
-    varying float side, depth;
+    varying float side, depth, cover;
     void main() {
       vec4 from = projectionMatrix * (modelViewMatrix * vec4(start, 1.0));
       vec4 to = projectionMatrix * (modelViewMatrix * vec4(end, 1.0));
@@ -180,6 +217,7 @@ Net.RIBBON_VERTEX = `
       at.xy += vec2(-run.y, run.x) / max(length(run), 1e-6) * corner.y * pixels / viewSize * at.w;
       side = corner.y;
       depth = at.w;
+      cover = clamp(0.5 * length(run) / (14.0 * pixels), 0.15, 1.0);  // where springs are short on the screen they are many
       tint = color.rgb;
       gl_Position = from.w <= 0.0 || to.w <= 0.0 ? vec4(2.0, 2.0, 2.0, 1.0) : at;
     }`;
@@ -187,9 +225,11 @@ Net.RIBBON_VERTEX = `
 Net.RIBBON = `
     precision highp float;
     varying vec3 tint;
-    varying float side, depth;
+    varying float side, depth, cover;
+    uniform float ink;            // 1 on a surface: darker than it where it is bright, brighter where it is dark
     ${Net.HAZE}
     void main() {
-      float round = sqrt(max(1.0 - side * side, 0.0));
-      gl_FragColor = vec4(hazy(tint * (0.45 + 0.5 * round - 0.12 * side), depth), 1.0);
+      float round = sqrt(max(1.0 - side * side, 0.0)), bright = step(0.25, dot(tint, vec3(0.299, 0.587, 0.114)));
+      vec3 own = tint * (0.45 + 0.5 * round - 0.12 * side), line = mix(0.5 + 0.5 * tint, 0.16 * tint, bright);
+      gl_FragColor = vec4(hazy(mix(own, line, ink), depth), mix(1.0, cover, ink));
     }`;

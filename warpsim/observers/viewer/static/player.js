@@ -126,7 +126,7 @@ class Player {
 var viewer = new MeshCat.Viewer(document.getElementById("meshcat-pane"));
 var glow = new Glow(viewer);
 var stage = new Stage(viewer, glow);
-var controls = new Controls(viewer, new Lines(stage), (command) => player.ask(command));
+var controls = new Controls(viewer, new Lines(stage), new Nets(), (command) => player.ask(command));
 var stream = new Stream(viewer, stage, new Hud(document.getElementById("hud")), controls);
 var player;
 

@@ -41,6 +41,7 @@ class Stream {
     this.hud = hud;
     this.controls = controls;
     this.lines = controls.lines;
+    this.nets = controls.nets;
     this.solids = new Solids(stage);
     this.clouds = [];
     this.number = 0;          // of the frame shown last, on this connection
@@ -65,6 +66,7 @@ class Stream {
     if (c.type === "warpsim_scene") {
       this.clouds = [];
       this.lines.clear();
+      this.nets.clear();
       this.solids.clear();
       this.stage.set(c);
       this.hud.set(c);
@@ -76,14 +78,17 @@ class Stream {
       this.controls.status(c);
     } else if (c.type === "warpsim_lines") {
       this.lines.draw(c);
-      this.controls.offerLines();
+      this.controls.offerBoxes();
     } else if (c.type === "warpsim_solid") {
       this.solids.draw(c);
     } else if (c.type === "warpsim_cloud") {
       const cloud = this.clouds[c.slot] = new Cloud(c.name, c.shape, c.blend, this.stage.glow.on);
       this.viewer.set_object(c.path.split("/").filter((s) => s), cloud.points);
     } else if (c.type === "warpsim_net") {
-      if (this.clouds[c.slot] !== undefined) this.clouds[c.slot].join(c);
+      if (this.clouds[c.slot] !== undefined) {
+        this.nets.join(c.slot, this.clouds[c.slot].join(c));
+        this.controls.offerBoxes();
+      }
     } else return false;
     this.viewer.set_dirty();
     return true;
