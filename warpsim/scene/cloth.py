@@ -54,6 +54,11 @@ class Cloth(Network):
         nx, ny = self.resolution
         return self.generator.spring_count + max(nx - 2, 0) * ny + nx * max(ny - 2, 0)
 
+    @property
+    def damping(self) -> tuple[float, ...]:
+        """Of its three kinds of springs [N·s/m]."""
+        return self.structural.damping, self.shear.damping, self.bend.damping
+
     @model_validator(mode="after")
     def _parts_fit(self):
         found = []

@@ -10,11 +10,14 @@ from pydantic import Field, model_validator
 from warpsim.scene.base import LARGEST_COORDINATE, Mistake, Name, Number, Spec, Vec3, WholeNumber, is_number, mistakes
 from warpsim.scene.oracles import AT, Bounded, Entry, FrameTime, Oracle, entry_misfits, entry_of, felt, first_misfit, system_misfits
 from warpsim.scene.particles import Drag, Feels, StokesDrag
+from warpsim.scene.springs import Network
 from warpsim.scene.strengths import Moment, Strength
 
 Bulk = Annotated[Number, Field(gt=0.0, le=LARGEST_COORDINATE)]
 Expected3 = tuple[Strength, Strength, Strength]
 _OWN = ("start", "velocity", "mass", "radius", "feels")
+HOLDING = ("pins", "drag", "air")
+GIVING_OR_TAKING = ("damping", "pin_motion", "drag", "air")
 
 
 class Released(Spec):
@@ -207,9 +210,20 @@ class Subject(Released):
             raise mistakes([Mistake(("release",), "of a system's particles it is a frame's time: 0 or later", ("of", "release"))])
         return self
 
+    def release_misfits(self, scene) -> list[Mistake]:
+        if not isinstance(scene.systems.get(self.system), Network):
+            return super().release_misfits(scene)
+        message = f"{self.system} is a network, whose points do not move alone: say of: system"
+        return [] if self.of == "system" else [Mistake(("of",), message, ("of", "system"))]
+
+    def unkept(self, scene, keys: tuple[str, ...]) -> str | None:
+        """Return what of the keys of a network is not zero or empty, so that its law does not hold; None of particles."""
+        spec = scene.systems[self.system]
+        return next((key for key in keys if isinstance(spec, Network) and spec.acts(key)), None)
+
 
 class PositionOracle(Bounded, Subject, Oracle):
-    """The place of a test particle, or the mean place of a system's particles."""
+    """The place of a test particle, the mean place of a system's particles, or the center of mass of a network."""
 
     type: Literal["position"] = Field("position", description="Kind of oracle.")
     at: FrameTime = Field(description=AT)
@@ -220,7 +234,10 @@ class PositionOracle(Bounded, Subject, Oracle):
 
 
 class EnergyOracle(Bounded, Subject, Oracle):
-    """Kinetic energy and that in gravity and forces, of a test particle, or of the particles that live from `release` to `at`."""
+    """Kinetic energy and that in gravity and forces, of a test particle, or of the particles that live from `release` to `at`.
+
+    Of a network also what its springs hold.
+    """
 
     type: Literal["energy"] = Field("energy", description="Kind of oracle.")
     at: FrameTime = Field(description=AT)
@@ -232,6 +249,8 @@ class EnergyOracle(Bounded, Subject, Oracle):
     def lawless(self, scene) -> str | None:
         if self.spec_in(scene).coupling is not None and self.expect is None:
             return f"the flow gives energy to {self.system} and takes it (coupling): say what to expect"
+        if self.expect is None and (key := self.unkept(scene, GIVING_OR_TAKING)):
+            return f"the energy of {self.system} does not stay ({key}): say what to expect"
         forces = felt(self.feels_in(scene).forces, scene.forces)
         odd = next((force for force in forces if force.type not in ("attractor", "pairwise")), None)
         odd = odd or next((force for force in forces if self.expect is None and not is_number(force.strength)), None)
@@ -250,6 +269,8 @@ class MomentumOracle(Bounded, Subject, Oracle):
         return self.release_misfits(scene)
 
     def lawless(self, scene) -> str | None:
+        if self.expect is None and (key := self.unkept(scene, HOLDING)):
+            return f"something outside acts on {self.system} ({key}): say what to expect"
         outer = [force for force in felt(self.feels_in(scene).forces, scene.forces) if force.type != "pairwise"]  # pairs cancel
         if self.expect is not None or (self.spec_in(scene).coupling is None and not outer):
             return None

@@ -91,6 +91,11 @@ class Network(System):
         """The solver in effect."""
         return self.solver
 
+    def acts(self, key: str) -> bool:
+        """Return whether a number of it is not zero, or a list not empty; a network without the key has none."""
+        value = getattr(self, key, None)
+        return any(value) if isinstance(value, tuple) and key == "damping" else bool(value)
+
     def pinned(self, pins: Sequence[str | int | tuple[int, int]]) -> list[int]:
         """Return the points that pins of this network name, each once, in their order."""
         return list(dict.fromkeys(i for pin in pins for i in self._points_of(pin)))

@@ -1,5 +1,6 @@
 """Which measurer measures which oracle. A new kind is its spec in warpsim/scene, its measurer in this room, and a line here."""
 
+from warpsim.scene.springs import Network
 from warpsim.verify import births, flow, motion, networks, orders, systems
 from warpsim.verify.measurers import Measurer
 
@@ -29,6 +30,9 @@ MEASURERS: dict[str, type[Measurer]] = {
     "hash": systems.HashMeasurer,
     "place": networks.PlaceMeasurer,
     "period": networks.PeriodMeasurer,
+    "reach": networks.ReachMeasurer,
+    "rms_speed": networks.RmsSpeedMeasurer,
+    "agreement": networks.AgreementMeasurer,
 }
 
 TOGETHER: dict[str, type[Measurer]] = {
@@ -37,6 +41,13 @@ TOGETHER: dict[str, type[Measurer]] = {
     "momentum": systems.TotalMomentumMeasurer,
 }
 """Of a system's particles together, for the kinds that have `of: system`."""
+
+OF_NETWORKS: dict[str, type[Measurer]] = {
+    **TOGETHER,
+    "position": networks.CenterMeasurer,
+    "energy": networks.NetworkEnergyMeasurer,
+}
+"""Of a network's points together."""
 
 OF_VALUES: dict[str, type[Measurer]] = {
     "emission_mean": births.MeanValueMeasurer,
@@ -48,5 +59,6 @@ OF_VALUES: dict[str, type[Measurer]] = {
 def measurer_of(oracle, scene) -> Measurer:
     """Return the measurer of an oracle."""
     of = getattr(oracle, "of", None)
-    kinds = TOGETHER if of == "system" else OF_VALUES if oracle.type in OF_VALUES and of != "count" else MEASURERS
+    together = OF_NETWORKS if isinstance(scene.systems.get(getattr(oracle, "system", None)), Network) else TOGETHER
+    kinds = together if of == "system" else OF_VALUES if oracle.type in OF_VALUES and of != "count" else MEASURERS
     return kinds[oracle.type](oracle, scene)
