@@ -78,6 +78,34 @@ def point_masses(spec, net: Net) -> np.ndarray:
     return np.array(np.broadcast_to(np.array(spec.mass, float), len(net.points)))
 
 
+def hinge_numbers(spec) -> tuple[np.ndarray, np.ndarray]:
+    """Return k [N/m] and c [N·s/m] of the hinges of cloth along i, along j and across a cell, float64 (3,) each.
+
+    Zero where the cloth has no `bending`; kernels/bending.py says where they are from.
+    """
+    if spec.type != "cloth" or spec.bending is None:
+        return np.zeros(3), np.zeros(3)
+    a, b = (np.linalg.norm(edge) / (n - 1) for edge, n in zip(spec.edges, spec.resolution, strict=True))
+    weights = np.array([b / a**3, a / b**3, 2.0 / (a * b)])
+    return spec.bending.stiffness * weights, spec.bending.damping * weights
+
+
+def hinge_energy(spec, points: np.ndarray, torn: np.ndarray | None = None) -> float:
+    """Return what the hinges of cloth hold at the places (n, 3), Σ ½ k |m|² [J]; `torn` (m,) marks springs beside which there is none."""
+    nx, ny = spec.resolution
+    stiffness, _ = hinge_numbers(spec)
+    x = points.reshape(ny, nx, 3)
+    whole = np.ones(spec.spring_count, bool) if torn is None else ~torn
+    along = whole[: (nx - 1) * ny].reshape(ny, nx - 1)
+    down = whole[along.size :][: nx * (ny - 1)].reshape(ny - 1, nx)
+    rows, columns = (np.where((np.arange(n) == 0) | (np.arange(n) == n - 1), 0.5, 1.0) for n in (ny, nx))
+    folds = ((np.diff(x, 2, axis=1) ** 2).sum(axis=2) * rows[:, None] * along[:, 1:] * along[:, :-1]).sum()
+    falls = ((np.diff(x, 2, axis=0) ** 2).sum(axis=2) * columns * down[1:] * down[:-1]).sum()
+    twist = np.diff(np.diff(x, axis=0), axis=1)
+    turns = ((twist**2).sum(axis=2) * along[1:] * along[:-1] * down[:, 1:] * down[:, :-1]).sum()
+    return float(0.5 * stiffness @ [folds, falls, turns])
+
+
 def _chain(spec, where: str) -> Net:
     share = np.linspace(0.0, 1.0, spec.count)[:, None]
     numbers = np.arange(spec.count - 1)

@@ -1,5 +1,6 @@
 """Cloth: a sheet of points with structural, shear and bend springs, in the wind."""
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -8,6 +9,7 @@ from warpsim.scene.base import Direction, Mistake, Number, Spec, Vec3, mistakes
 from warpsim.scene.generators import GridOfPoints, Side
 from warpsim.scene.springs import Network, Pin, motion_mistakes, pin_mistakes
 
+_RIGHT = 1e-3  # cosine up to which an angle is right: coordinates are typed with few digits
 _Coefficient = Annotated[Number, Field(ge=0.0, le=1e12)]
 
 
@@ -16,6 +18,13 @@ class SpringKind(Spec):
 
     stiffness: _Coefficient = Field(description="Force per length of stretching [N/m].")
     damping: _Coefficient = Field(0.0, description="Force per speed of stretching, along the spring only [N s/m].")
+
+
+class Bending(Spec):
+    """What a sheet does against being curved: a moment M = B kappa per width, the same whatever the direction and the cells."""
+
+    stiffness: Annotated[Number, Field(ge=0.0, le=1e9)] = Field(description="B, moment per width and curvature [N m].")
+    damping: Annotated[Number, Field(ge=0.0, le=1e9)] = Field(0.0, description="Moment per width and rate of curvature [N m s].")
 
 
 class Cloth(Network):
@@ -29,6 +38,9 @@ class Cloth(Network):
     structural: SpringKind = Field(description="Springs to the neighbors (i ± 1, j) and (i, j ± 1).")
     shear: SpringKind = Field(SpringKind(stiffness=0.0), description="Springs to the neighbors (i ± 1, j ± 1).")
     bend: SpringKind = Field(SpringKind(stiffness=0.0), description="Springs to (i ± 2, j) and (i, j ± 2).")
+    bending: Bending | None = Field(
+        None, description="Stiffness against being curved, linear and independent of the resolution, unlike bend springs; absent: none."
+    )
     drag: _Coefficient = Field(0.0, description="Drag of still air on every point, F = -drag v; with coupling absent [kg/s].")
     air: _Coefficient = Field(
         0.0,
@@ -68,9 +80,17 @@ class Cloth(Network):
         across = [first[k - 2] * second[k - 1] - first[k - 1] * second[k - 2] for k in range(3)]
         if sum(x * x for x in across) <= 1e-12 * sum(x * x for x in first) * sum(x * x for x in second):
             found.append(Mistake(("edges",), "the edges are parallel: the sheet has no area", ("edges",)))
+        elif self.bending and abs(_cosine(first, second)) > _RIGHT:
+            found.append(Mistake(("edges",), "with bending the edges must be at right angles to each other", ("edges", "bending")))
         where = [(("pins",), self.pins)] + [(("pin_motion", k, "pins"), motion.pins) for k, motion in enumerate(self.pin_motion)]
         strange = [mistake for path, pins in where for mistake in pin_mistakes(path, pins, self.generator)]
         found += strange or motion_mistakes(self)
         if found:
             raise mistakes(found)
         return self
+
+
+def _cosine(first: Vec3, second: Vec3) -> float:
+    """Return the cosine of the angle between two directions."""
+    product = math.hypot(*first) * math.hypot(*second)
+    return sum(x * y for x, y in zip(first, second, strict=True)) / product

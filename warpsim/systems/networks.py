@@ -56,10 +56,11 @@ class NetworkSystem(LastingSystem):
         return table
 
     def energy(self) -> float:
-        """Return what the springs hold at the present frame, Σ ½ k (|d| − r)² [J], in float64."""
+        """Return what springs and parts hold at the present frame, of springs Σ ½ k (|d| − r)² [J], in float64."""
         stiffness, _, rest = spring_numbers(self.spec, self.net)
         ends = self.population.host("position").T.astype(float)[self.net.springs]
-        return float(0.5 * (stiffness * (np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) - rest) ** 2).sum())
+        springs = float(0.5 * (stiffness * (np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) - rest) ** 2).sum())
+        return springs + sum(part.energy() for part in self.parts)
 
     def _pin_rows(self, spec) -> tuple[springs.Pins, SignalTable]:
         device, table, motion = self.population.device, SignalTable(), {}

@@ -1,7 +1,8 @@
 """Parts: what acts on the points of a network besides its springs, one file each, in the order in which they act."""
 
 from warpsim.systems.parts.base import Part
+from warpsim.systems.parts.bending import Bending
 
-PARTS: tuple[type[Part], ...] = ()
+PARTS: tuple[type[Part], ...] = (Bending,)
 
 __all__ = ["PARTS", "Part"]

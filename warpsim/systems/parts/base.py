@@ -41,6 +41,10 @@ class Part(ABC):
         """Yield what comes at the end of substep s, when all points are where it leaves them."""
         yield from ()
 
+    def energy(self) -> float:
+        """Return what it holds at the present frame [J]; it is part of the network's elastic energy."""
+        return 0.0
+
     def change(self) -> None:  # noqa: B027 — most have no numbers of their own
         """Take the numbers of `system.spec`, in place."""
 
