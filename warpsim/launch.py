@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
+from itertools import chain
 from queue import SimpleQueue
 
 import warp as wp
@@ -22,7 +23,8 @@ PARALLEL_FROM = 15_000  # particles; with fewer the barriers cost more than a se
 class Stage:
     """One kernel over `count` elements; `loop` is its native loop for the CPU. count = 1: one thread, then all wait for it.
 
-    With `launch` instead of a kernel it is a serial call that only enqueues device work.
+    With `launch` instead of a kernel it is a serial call that only enqueues device work. With `body` instead it is stages that are
+    repeated while the first number of `condition` is not 0, `most` times at most; a stage of the body that is not its first sets it.
     """
 
     name: str
@@ -31,6 +33,9 @@ class Stage:
     inputs: Sequence = ()
     loop: wp.Kernel | None = None
     launch: Callable[[], None] | None = None
+    body: Sequence["Stage"] = ()
+    condition: wp.array | None = None
+    most: int = 0
 
 
 def available_cores() -> int:
@@ -76,7 +81,7 @@ class FrameGraph:
         self._barrier = wp.zeros(48, dtype=int, device="cpu")
         self._lock = threading.Lock()  # on a Python without the interpreter lock, orders must still go out as one
         self._singles: dict[int, FrameGraph] = {}
-        for kernel in map(self._kernel, self.stages):
+        for kernel in map(self._kernel, chain.from_iterable((stage, *stage.body) for stage in self.stages)):
             if kernel is not None:
                 # Compiles what is not in the cache, which a CUDA capture could not; on the CPU every launch has blocks of one.
                 kernel.module.load(self.device, 1 if self.device.is_cpu else 256)
@@ -84,12 +89,27 @@ class FrameGraph:
 
     def _capture(self, core: int, core_count: int):
         with wp.ScopedCapture(self.device) as capture:  # on the CPU this records and does not run
-            for stage in self.stages:
-                self._launch(stage, core, core_count)
-                if core_count > 1:
-                    inputs = [core_count, wp.uint64(yield_address()), self._barrier]
-                    wp.launch(lifecycle_loops.resolve_barrier, 1, inputs, device=self.device)
+            self._launch_all(self.stages, core, core_count)
         return capture.graph
+
+    def _launch_all(self, stages: Sequence[Stage], core: int, core_count: int) -> None:
+        """Launch one core's part of stages, one after the other; all cores meet after each."""
+        for stage in stages:
+            if stage.body:
+                self._repeat(stage, partial(self._launch_all, stage.body, core, core_count))
+                continue
+            self._launch(stage, core, core_count)
+            if core_count > 1:
+                inputs = [core_count, wp.uint64(yield_address()), self._barrier]
+                wp.launch(lifecycle_loops.resolve_barrier, 1, inputs, device=self.device)
+
+    def _repeat(self, stage: Stage, body: Callable[[], None]) -> None:
+        """Launch the body of a stage while its condition holds: each core looks at it after all have met, before any can change it."""
+        if self.device.is_cpu or wp.is_conditional_graph_supported():
+            wp.capture_while(stage.condition, body)
+            return
+        for _ in range(stage.most):  # an older driver: turns beyond the last that counts must change nothing
+            body()
 
     def _kernel(self, stage: Stage) -> wp.Kernel | None:
         """Return what a stage launches here."""

@@ -1,0 +1,107 @@
+"""Implicit Euler: the springs act as they will at the substep's end, by one linear system per substep; no substep is too long for them."""
+
+from collections.abc import Iterator
+from typing import final
+
+import warp as wp
+
+from warpsim.integrators import SECOND_ORDER_FORM
+from warpsim.kernels import conjugate_gradients as gradients
+from warpsim.kernels import implicit, implicit_loops
+from warpsim.kernels.springs import SLICE
+from warpsim.launch import Stage
+from warpsim.systems.pairs import substep_of
+from warpsim.systems.solvers.base import NetworkSolver
+from warpsim.weaves import woven
+
+
+@final
+class ImplicitEuler(NetworkSolver):
+    """Backward Euler of the springs, linear in the substep; gravity, drag, wind and parts act before, by the particles' own formulas."""
+
+    def __init__(self, system):
+        super().__init__(system)
+        device, capacity = system.population.device, system.population.capacity
+        system.particles.internal = system.internal
+        layout = woven(len(system.net.points), system.net.springs)
+        self._weave = implicit.Weave()
+        self._weave.point_count, self._weave.reach, self._weave.free = len(system.net.points), layout.reach, system.inverse_mass
+        for name in ("begin", "step", "neighbor", "spring"):
+            setattr(self._weave, name, wp.array(getattr(layout, name).reshape(-1), dtype=int, device=device))
+        self._weave.weight = wp.zeros((len(layout.step), 4 * SLICE), dtype=float, device=device)
+        self._linear = implicit.System()
+        self._linear.h = system.pace.dt
+        sizes = {"image": 3, "residual": 3, "scaled": 3, "change": 3, "factor": 6}
+        for name, rows in sizes.items():
+            setattr(self._linear, name, wp.zeros((rows, capacity), dtype=float, device=device))
+        self._linear.direction = wp.zeros((3, capacity + 2 * layout.reach), dtype=float, device=device)
+        self._search = gradients.Search()
+        self._search.tolerance, self._search.most = system.spec.tolerance, system.spec.iterations
+        self._search.partial = wp.zeros((3, capacity // SLICE), dtype=wp.float64, device=device)
+        for name, variable in gradients.Search.vars.items():
+            if isinstance(variable.type, wp.array) and variable.type.ndim == 1:
+                setattr(self._search, name, wp.zeros(1, dtype=variable.type.dtype, device=device))
+
+    def stages(self) -> Iterator[Stage]:
+        """Yield the stages of all substeps: what acts besides the springs, the linear system, its solution, contacts and pins."""
+        system = self.system
+        self._linear.start = system.start
+        plain, loop = SECOND_ORDER_FORM["semi_implicit_euler"].kernels(False)
+        for s in range(system.pace.substep_count):
+            yield from system.prepare(2 * s)
+            yield from system.outer_forces(2 * s)
+            yield from system.begin()
+            inputs = (substep_of(system.pace, s), system.clock, system.surroundings.row, system.particles, system.population.counters)
+            yield Stage("advance", plain, system.population.capacity, inputs, loop)
+            yield from system.hold(s)  # the springs must know how fast the pins move
+            yield from self._solve(s)
+            yield from system.settle(s)
+
+    def _solve(self, s: int) -> Iterator[Stage]:
+        system, linear, search = self.system, self._linear, self._search
+        capacity, moving = system.population.capacity, (system.opening, system.clock)
+        inputs = (self._weave, system.table, system.particles, linear)
+        yield Stage("assemble", implicit.assemble_system, capacity, inputs, implicit_loops.assemble_system)
+        yield self._dot(gradients.SQUARE, linear.scaled, linear.scaled)
+        yield self._dot(gradients.GUESS, linear.direction, linear.residual)
+        yield from self._multiply()
+        yield Stage("search", gradients.begin_search, 1, (s, system.clock, system.opening, search))
+        yield from self._turn()
+        body = (*self._multiply(), Stage("search", gradients.choose_length, 1, (search,)), *self._turn())
+        yield Stage("solve", body=body, condition=search.going, most=search.most)
+        inputs = (self._weave, linear, *moving, system.particles)
+        yield Stage("advance", implicit.apply_change, capacity, inputs)
+
+    def _dot(self, row: int, a: wp.array, c: wp.array) -> Stage:
+        """Return the stage that sums a·c by blocks; only the direction has columns before the first point."""
+        shift = self._weave.reach if a is self._linear.direction else 0
+        inputs = (int(row), a, shift, c, self._search.partial)
+        return Stage("search", gradients.accumulate_blocks, self._search.partial.shape[1], inputs, implicit_loops.accumulate_blocks)
+
+    def _multiply(self) -> Iterator[Stage]:
+        """Yield the stages that multiply the direction by the matrix, and say how much that bends."""
+        linear = self._linear
+        inputs = (self._weave, self.system.particles.mass, linear.direction, linear.image)
+        yield Stage("multiply", implicit.multiply_direction, linear.image.shape[1], inputs, implicit_loops.multiply_direction)
+        yield self._dot(gradients.CURVATURE, linear.direction, linear.image)
+
+    def _turn(self) -> Iterator[Stage]:
+        """Yield the stages that go along the direction, decide what is left to do, and turn."""
+        linear, inputs = self._linear, (self._search, self._weave.reach, self._linear)
+        yield Stage("search", gradients.step_along, linear.image.shape[1], inputs, implicit_loops.step_along)
+        yield self._dot(gradients.SQUARE, linear.scaled, linear.scaled)
+        yield Stage("search", gradients.choose_turn, 1, (self._search,))
+        yield Stage("search", gradients.turn_direction, linear.image.shape[1], inputs, implicit_loops.turn_direction)
+
+    @property
+    def state(self) -> dict[str, wp.array]:
+        """What statistics tell of the frame and of the run so far."""
+        search = self._search
+        return {"iterations": search.frame_iterations, "residual": search.frame_residual, "unconverged": search.unconverged}
+
+    def statistics(self) -> dict[str, float]:
+        """Return iterations per substep and the largest relative residual in the present frame; and how many substeps of the run ended early.
+        """
+        iterations, residual, unconverged = (float(array.numpy()[0]) for array in self.state.values())
+        per_substep = iterations / self.system.pace.substep_count
+        return {"cg_iterations": per_substep, "cg_residual": residual, "cg_unconverged": unconverged}
