@@ -21,7 +21,7 @@ SQUARE, GUESS, CURVATURE = range(3)  # rows of the partial sums: s·s, p·r, p·
 
 @wp.struct
 class Search:
-    tolerance: float  # of the residual, relative to that of no change
+    tolerance: wp.array[wp.float64]  # (1): of the residual, relative to that of no change
     most: int  # iterations
     partial: wp.array2d[wp.float64]  # (3, blocks): sums over the points of each block
     goal: wp.array[wp.float64]  # (1): γ at which the search ends
@@ -71,7 +71,7 @@ def begin_search(first: int, substep: int, clock: wp.array[wp.int64], opening: i
     """One thread. Set the goal and the way along the guess; substep 0 begins to count the frame anew."""
     whole = total_of(search_inout.partial, SQUARE)
     curvature = total_of(search_inout.partial, CURVATURE)
-    tolerance = wp.float64(search_inout.tolerance)
+    tolerance = search_inout.tolerance[0]
     search_inout.whole[0] = whole
     search_inout.goal[0] = tolerance * tolerance * whole
     search_inout.along[0] = 0.0

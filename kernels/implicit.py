@@ -169,9 +169,7 @@ def multiply_direction(first: int, weave: Weave, mass: wp.array[float], directio
 
 
 @wp.kernel(enable_backward=False)
-def apply_change(
-    first: int, weave: Weave, system: System, opening: int, clock: wp.array[wp.int64], particles_inout: Particles
-):
+def apply_change(first: int, weave: Weave, system: System, opening: int, clock: wp.array[wp.int64], particles_inout: Particles):
     """End the substep: v = u + y, and x moves by h v from where it began."""
     i = first + wp.tid()
     if i < weave.point_count and started(clock, opening):

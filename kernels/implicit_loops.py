@@ -110,10 +110,11 @@ POINTS = """
     const int S = system.residual.shape[1], T = system.direction.shape[1];
     const float *F = system.factor.data, *Q = system.image.data;
     float *R = system.residual.data, *C = system.scaled.data, *P = system.direction.data + reach, *G = system.change.data;
-    typedef decltype($inverse_factor(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) Factor;
+    typedef wp::vec_t<6, float> Factor;
     #pragma clang loop vectorize(assume_safety)
     for (int i = begin; i < end; ++i) {
-        const Factor l(F[i], F[i + S], F[i + 2 * S], F[i + 3 * S], F[i + 4 * S], F[i + 5 * S]);
+        Factor l;
+        for (int k = 0; k < 6; ++k) l[k] = F[i + k * S];
         const vec p(P[i], P[i + T], P[i + 2 * T]);
 BODY    }
 """
@@ -147,14 +148,14 @@ def dot_range(begin: int, end: int, row: int, a: wp.array2d[float], a_shift: int
         partial[row, b] = block_dot(b, a, a_shift, c)
 
 
-@wp.func_native(snippet(POINTS.replace("BODY", STEP), inverse_factor, scale_down))
+@wp.func_native(snippet(POINTS.replace("BODY", STEP), scale_down))
 def step_range(begin: int, end: int, along: float, reach: int, system: System):
     """Go along the direction with a range of points."""
     for i in range(begin, end):
         step_point(i, along, reach, system)
 
 
-@wp.func_native(snippet(POINTS.replace("BODY", TURN), inverse_factor, scale_back))
+@wp.func_native(snippet(POINTS.replace("BODY", TURN), scale_back))
 def turn_range(begin: int, end: int, turn: float, reach: int, system: System):
     """Turn the direction of a range of points."""
     for i in range(begin, end):

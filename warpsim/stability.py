@@ -19,6 +19,7 @@ from warpsim.scene.problems import Problem
 from warpsim.scene.springs import Network
 
 MARGIN = 0.9  # of the longest substep that `auto` takes: a network that moves has other directions than at its start
+UNBOUNDED = {"implicit_euler": 4}  # solvers that stand any substep, and how many `auto` takes per frame
 SYMPLECTIC = ("semi_implicit_euler", "drift_kick", "verlet")
 
 
@@ -50,7 +51,9 @@ def advice_for(spec, scene, net: Net) -> Advice:
     """Return the advice for a network of a scene."""
     longest, frame, asked = longest_substep(spec, net), 1.0 / scene.time.fps, spec.substeps or scene.time.substeps
     least = 0 if longest == 0.0 else max(1, math.ceil(frame / longest * (1.0 - 1e-9)))
-    chosen = max(1, math.ceil(frame / (MARGIN * longest))) if asked == "auto" else asked
+    chosen = asked
+    if asked == "auto":
+        chosen = UNBOUNDED.get(spec.solver) or max(1, math.ceil(frame / (MARGIN * longest)))
     return Advice(longest, least, chosen)
 
 
@@ -79,6 +82,8 @@ def longest_substep(spec, net: Net) -> float:
     bend, resist = (16.0 * numbers.sum() / mass.max() for numbers in hinge_numbers(spec))
     largest, resistance = largest + bend, resistance + resist
     if largest == 0.0 and resistance == 0.0:
+        return math.inf
+    if spec.solver in UNBOUNDED:
         return math.inf
     if spec.solver not in SYMPLECTIC:
         return 0.0

@@ -9,6 +9,7 @@ from tests.simulation.networks import network, simulate, state, tangle
 from warpsim import Simulation
 from warpsim.kernels.springs import spring_force
 from warpsim.networks import packed
+from warpsim.systems.solvers import SOLVERS
 from warpsim.systems.solvers.split import WHEN
 
 GRAVITY, ALPHA = (0.3, -9.81, 0.0), 0.4
@@ -48,7 +49,7 @@ def test_the_solvers_are_those_of_the_format():
 
     from warpsim.scene.springs import CoupledSolver
 
-    assert set(WHEN) == set(get_args(CoupledSolver))
+    assert set(SOLVERS) == set(get_args(CoupledSolver))
 
 
 @pytest.mark.parametrize("native", [True, False])

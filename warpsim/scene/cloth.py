@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 
 from warpsim.scene.base import Direction, Mistake, Number, Spec, Vec3, mistakes
 from warpsim.scene.generators import GridOfPoints, Side
-from warpsim.scene.springs import Network, Pin, motion_mistakes, pin_mistakes
+from warpsim.scene.springs import Network, Pin, motion_mistakes, pin_mistakes, solver_mistakes
 
 _RIGHT = 1e-3  # cosine up to which an angle is right: coordinates are typed with few digits
 _Coefficient = Annotated[Number, Field(ge=0.0, le=1e12)]
@@ -73,7 +73,7 @@ class Cloth(Network):
 
     @model_validator(mode="after")
     def _parts_fit(self):
-        found = []
+        found = solver_mistakes(self)
         if self.drag and self.coupling is not None:
             found.append(Mistake(("drag",), "drag is that of still air: give either drag or coupling", ("drag", "coupling")))
         first, second = self.edges

@@ -12,7 +12,8 @@ from warpsim.scene.nearest import listed, nearest
 from warpsim.scene.particles import Drag, StokesDrag, System
 from warpsim.scene.strengths import Moment, Strength
 
-CoupledSolver = Literal["euler", "drift_kick", "semi_implicit_euler", "verlet"]
+CoupledSolver = Literal["euler", "drift_kick", "semi_implicit_euler", "verlet", "implicit_euler"]
+SOLVERS_WITH = {"iterations": ("implicit_euler",), "tolerance": ("implicit_euler",)}  # keys that not every solver knows
 Index = Annotated[WholeNumber, Field(ge=0)]
 _MOST_TOLD = 50
 
@@ -78,6 +79,12 @@ class Network(System):
     """What networks of springs and cloth have in common: they neither lose nor gain points, and some may be pinned."""
 
     solver: CoupledSolver = Field("semi_implicit_euler", description="Method of integration.")
+    iterations: Annotated[WholeNumber, Field(ge=1, le=10_000)] | None = Field(
+        None, description="Of implicit_euler: the most iterations of conjugate gradients per substep; absent: 100 [1]."
+    )
+    tolerance: Annotated[Number, Field(ge=1e-6, le=0.5)] | None = Field(
+        None, description="Of implicit_euler: what is left, of what there was to solve, when the iterations end; absent: 1e-4 [1]."
+    )
     coupling: NetworkCoupling | None = Field(
         None, description="Drag of the flow on every point: {alpha: kg/s} or {viscosity: Pa s}; absent: no effect."
     )
@@ -139,7 +146,7 @@ class Springs(Network):
 
     @model_validator(mode="after")
     def _parts_fit(self):
-        found = _source_mistakes(self) or _spring_mistakes(self)
+        found = solver_mistakes(self) + (_source_mistakes(self) or _spring_mistakes(self))
         found += _length_mistakes(self)
         where = [(("pins",), self.pins)] + [(("pin_motion", k, "pins"), motion.pins) for k, motion in enumerate(self.pin_motion)]
         strange = [mistake for path, pins in where for mistake in pin_mistakes(path, pins, self.generator, self.point_count)]
@@ -205,6 +212,12 @@ def pin_mistakes(path: tuple, pins: Sequence[str | int | tuple[int, int]], gener
         elif isinstance(pin, int) and count is not None and pin >= count:
             found.append(Mistake((*path, k), f"there is no point {pin}: there are {count}, counted from 0", depends))
     return found
+
+
+def solver_mistakes(net: Any) -> list[Mistake]:
+    """Return a mistake for each number that the network's solver does not know."""
+    keys = [key for key in ("iterations", "tolerance") if getattr(net, key) is not None and net.solver not in SOLVERS_WITH[key]]
+    return [Mistake((key,), f"{key} is for {' and '.join(SOLVERS_WITH[key])}, not {net.solver}", (key, "solver")) for key in keys]
 
 
 def motion_mistakes(net: Any) -> list[Mistake]:

@@ -1,8 +1,9 @@
 """Solvers of networks: how coupled points move through a frame, one file each."""
 
 from warpsim.systems.solvers.base import NetworkSolver
+from warpsim.systems.solvers.implicit_euler import ImplicitEuler
 from warpsim.systems.solvers.split import WHEN, Split
 
-SOLVERS: dict[str, type[NetworkSolver]] = dict.fromkeys(WHEN, Split)
+SOLVERS: dict[str, type[NetworkSolver]] = dict.fromkeys(WHEN, Split) | {"implicit_euler": ImplicitEuler}
 
 __all__ = ["SOLVERS", "NetworkSolver"]

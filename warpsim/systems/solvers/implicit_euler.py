@@ -15,6 +15,16 @@ from warpsim.systems.solvers.base import NetworkSolver
 from warpsim.weaves import woven
 
 
+ITERATIONS = 100  # at most, where a network does not say
+TOLERANCE = 1e-4
+NUMBERS = {  # of a search, one of each
+    wp.float64: "tolerance goal whole square frame_residual",
+    float: "along turn",
+    int: "going iteration frame_iterations",
+    wp.int64: "unconverged",
+}
+
+
 @final
 class ImplicitEuler(NetworkSolver):
     """Backward Euler of the springs, linear in the substep; gravity, drag, wind and parts act before, by the particles' own formulas."""
@@ -36,11 +46,17 @@ class ImplicitEuler(NetworkSolver):
             setattr(self._linear, name, wp.zeros((rows, capacity), dtype=float, device=device))
         self._linear.direction = wp.zeros((3, capacity + 2 * layout.reach), dtype=float, device=device)
         self._search = gradients.Search()
-        self._search.tolerance, self._search.most = system.spec.tolerance, system.spec.iterations
+        self._search.most = system.spec.iterations or ITERATIONS
         self._search.partial = wp.zeros((3, capacity // SLICE), dtype=wp.float64, device=device)
-        for name, variable in gradients.Search.vars.items():
-            if isinstance(variable.type, wp.array) and variable.type.ndim == 1:
-                setattr(self._search, name, wp.zeros(1, dtype=variable.type.dtype, device=device))
+        for dtype, names in NUMBERS.items():
+            for name in names.split():
+                setattr(self._search, name, wp.zeros(1, dtype=dtype, device=device))
+
+        self.change()
+
+    def change(self) -> None:
+        """Take another tolerance."""
+        self._search.tolerance.fill_(self.system.spec.tolerance or TOLERANCE)
 
     def stages(self) -> Iterator[Stage]:
         """Yield the stages of all substeps: what acts besides the springs, the linear system, its solution, contacts and pins."""
@@ -48,12 +64,12 @@ class ImplicitEuler(NetworkSolver):
         self._linear.start = system.start
         plain, loop = SECOND_ORDER_FORM["semi_implicit_euler"].kernels(False)
         for s in range(system.pace.substep_count):
-            yield from system.prepare(2 * s)
             yield from system.outer_forces(2 * s)
             yield from system.begin()
             inputs = (substep_of(system.pace, s), system.clock, system.surroundings.row, system.particles, system.population.counters)
             yield Stage("advance", plain, system.population.capacity, inputs, loop)
             yield from system.hold(s)  # the springs must know how fast the pins move
+            yield from system.prepare(2 * s + 2)
             yield from self._solve(s)
             yield from system.settle(s)
 
@@ -100,8 +116,7 @@ class ImplicitEuler(NetworkSolver):
         return {"iterations": search.frame_iterations, "residual": search.frame_residual, "unconverged": search.unconverged}
 
     def statistics(self) -> dict[str, float]:
-        """Return iterations per substep and the largest relative residual in the present frame; and how many substeps of the run ended early.
-        """
+        """Return iterations per substep and the largest relative residual in the present frame; and how many substeps of the run ended early."""
         iterations, residual, unconverged = (float(array.numpy()[0]) for array in self.state.values())
         per_substep = iterations / self.system.pace.substep_count
         return {"cg_iterations": per_substep, "cg_residual": residual, "cg_unconverged": unconverged}
