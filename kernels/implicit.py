@@ -88,15 +88,17 @@ def inverse_factor(m: wp.float64, a: wp.float64, b: wp.float64, c: wp.float64, d
 
 
 @wp.func(inline=True)
-def scale_down(l: Factor, r: wp.vec3) -> wp.vec3:
+def scale_down(factor: Factor, r: wp.vec3) -> wp.vec3:
     """Return L⁻¹ r."""
-    return wp.vec3(l[0] * r[0], l[1] * r[0] + l[2] * r[1], l[3] * r[0] + l[4] * r[1] + l[5] * r[2])
+    y = factor[1] * r[0] + factor[2] * r[1]
+    return wp.vec3(factor[0] * r[0], y, factor[3] * r[0] + factor[4] * r[1] + factor[5] * r[2])
 
 
 @wp.func(inline=True)
-def scale_back(l: Factor, s: wp.vec3) -> wp.vec3:
+def scale_back(factor: Factor, s: wp.vec3) -> wp.vec3:
     """Return L⁻ᵀ s, so that scale_back(scale_down(r)) is the inverse of the point's own block times r."""
-    return wp.vec3(l[0] * s[0] + l[1] * s[1] + l[3] * s[2], l[2] * s[1] + l[4] * s[2], l[5] * s[2])
+    x = factor[0] * s[0] + factor[1] * s[1] + factor[3] * s[2]
+    return wp.vec3(x, factor[2] * s[1] + factor[4] * s[2], factor[5] * s[2])
 
 
 @wp.func
@@ -128,16 +130,16 @@ def assemble_point(i: int, weave_inout: Weave, table: SpringTable, particles: Pa
         block = block + wp.outer(w, w)
         for axis in range(3):
             block[axis, axis] = block[axis, axis] + wp.float64(tie.beta)
-    l = Factor()
+    factor = Factor()
     p = wp.vec3()
     if i < weave_inout.point_count and weave_inout.free[i] > 0.0:
         m = wp.float64(particles.mass[i])
-        l = inverse_factor(m, block[0, 0], block[0, 1], block[0, 2], block[1, 1], block[1, 2], block[2, 2])
+        factor = inverse_factor(m, block[0, 0], block[0, 1], block[0, 2], block[1, 1], block[1, 2], block[2, 2])
         p = wp.vec3(system_inout.start[3, i], system_inout.start[4, i], system_inout.start[5, i]) - u
     for k in range(6):
-        system_inout.factor[k, i] = l[k]
+        system_inout.factor[k, i] = factor[k]
     write3(system_inout.residual, i, right)
-    write3(system_inout.scaled, i, scale_down(l, right))
+    write3(system_inout.scaled, i, scale_down(factor, right))
     write3(system_inout.change, i, wp.vec3())
     write3(system_inout.direction, weave_inout.reach + i, p)
 

@@ -82,6 +82,7 @@ class Reporter:
         self._overflowing: set[str] = set()
         self._inexact: set[str] = set()
         self._pushed: set[str] = set()
+        self._unconverged: set[str] = set()
 
     def report_if_due(self) -> None:
         """Tell how far the run is, a few times a second, with the speed since the last report."""
@@ -111,12 +112,20 @@ class Reporter:
             self._pushed.add(name)
             words = "particles that begin inside a collider are put on its surface (move the emitter or the collider)"
             self._audience.note(f"{name} at frame {story.index}: {words}")
+        for name in [name for name, numbers in statistics.items() if numbers.get("cg_unconverged") and name not in self._unconverged]:
+            self._unconverged.add(name)
+            self._audience.note(f"{name} at frame {story.index}: conjugate gradients {unconverged(name)}")
         frame_time = busy / max(1, made)
         speed = 1.0 / (story.scene.time.fps * max(frame_time, 1e-9))
         return Report(story.index, self._frame_count, story.time, frame_time, speed, statistics)
 
     def _note_overflow(self, note: Callable[[str], None], name: str) -> None:
         note(f"{name} is full at frame {self._story.index}: births are refused (raise systems.{name}.capacity)")
+
+
+def unconverged(name: str) -> str:
+    """Return what it means that iterations ended before the tolerance was reached, and what to do about it."""
+    return f"ended short of the tolerance: stable, but softened (raise systems.{name}.iterations, substeps or tolerance)"
 
 
 def inexactly(name: str) -> str:

@@ -10,7 +10,7 @@ from warpsim.cli.scenes import WATCH_PERIOD, SceneFile
 from warpsim.interruption import Interruption
 from warpsim.observers.recorder import CHANGES, OccupiedFolder
 from warpsim.observers.snapshot import NoPicture
-from warpsim.reporting import inexactly
+from warpsim.reporting import inexactly, unconverged
 from warpsim.runner import MisfitChange, NoSuchDevice, Outcome, Settings, Showing, run_scene
 from warpsim.scene import SceneError
 
@@ -93,6 +93,8 @@ def _tell(outcome: Outcome, settings: Settings, audience: PlainLines) -> None:
         if numbers.get("inexact"):
             words = f"{name}: the tolerance was not kept in {numbers['inexact']} frames of particles, counted one by one"
             audience.note(f"{words} {inexactly(name)}")
+        if numbers.get("cg_unconverged"):
+            audience.note(f"{name}: conjugate gradients of {numbers['cg_unconverged']} substeps {unconverged(name)}")
     if report and settings.record:
         audience.note(f"recorded frames 0 to {report.index} in {settings.record}")
         changes = settings.record / CHANGES

@@ -5,8 +5,8 @@ frames/NNNNNN.npz  per system NAME.position, NAME.velocity, … of the living pa
 frames.jsonl       one line per whole frame: its file, the file's SHA-256, live counts, state hash, and the chain of state hashes so far
 topology.npz       of networks, once: NAME.springs int32 (m, 2), NAME.triangles int32 (k, 3), places in the arrays of points
 stats.csv          time [s] and per system live, born, refused, killed (counts), kinetic_energy [J]; with emitters that listen: children;
-                   among colliders: pushed; with substeps of their own choice: inexact; of networks: elastic_energy [J], and with implicit_euler
-                   cg_iterations (per substep), cg_residual (1) and cg_unconverged (substeps so far)
+                   among colliders: pushed; with substeps of their own choice: inexact; of networks: elastic_energy [J]; by implicit_euler:
+                   cg_iterations (per substep), cg_residual [1], cg_unconverged (substeps so far)
 assets/            copies of the files that the scene names
 changes.jsonl      one line per number that was changed while it ran: before the step from frame index, path became value
 lastgood.npz       the last good state of a run that was interrupted or blew up

@@ -14,7 +14,6 @@ from warpsim.systems.pairs import substep_of
 from warpsim.systems.solvers.base import NetworkSolver
 from warpsim.weaves import woven
 
-
 ITERATIONS = 100  # at most, where a network does not say
 TOLERANCE = 1e-4
 NUMBERS = {  # of a search, one of each
@@ -116,7 +115,7 @@ class ImplicitEuler(NetworkSolver):
         return {"iterations": search.frame_iterations, "residual": search.frame_residual, "unconverged": search.unconverged}
 
     def statistics(self) -> dict[str, float]:
-        """Return iterations per substep and the largest relative residual in the present frame; and how many substeps of the run ended early."""
-        iterations, residual, unconverged = (float(array.numpy()[0]) for array in self.state.values())
+        """Return the frame's iterations per substep and largest relative residual, and how many substeps of the run ended short of it."""
+        iterations, residual, unconverged = (array.numpy()[0].item() for array in self.state.values())
         per_substep = iterations / self.system.pace.substep_count
         return {"cg_iterations": per_substep, "cg_residual": residual, "cg_unconverged": unconverged}
