@@ -4,7 +4,10 @@ Symbols: W bounds ω², the eigenvalues of M⁻¹K, and G those of M⁻¹C; n̂ 
 length. Of Σ_s k (n̂·(x_i − x_j))² no spring gives more than 2k ((n̂·x_i)² + (n̂·x_j)²), so that W = max_i 2‖Σ k n̂ n̂ᵀ‖/m_i (Gershgorin's
 circles, by points); a spring to a pin counts once. A stretched spring also pulls sideways, by k (1 − r/l).
 Of the hinges of cloth no row of Σ k w wᵀ adds up to more than 16 (k_along + k_down + k_across); rims have less mass and fewer hinges.
-A mode of a symplectic method with explicit damping γ stays iff h² ω² + 2 h γ < 4.  Source: characteristic polynomial of one step.
+
+What a method stands is asked of it for every oscillator with ω² <= W and damping γ <= G (amplification.py): the modes of a network
+have Rayleigh quotients in there. Of the symplectic ones a mode stays iff h² ω² + 2 h γ < 4, with the springs' γ and, where it is not
+split off, the air's.  Source: characteristic polynomial of one step.
 """
 
 import math
@@ -12,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from warpsim.amplification import GROWING, STAGED, largest_growth
 from warpsim.networks import Net, hinge_numbers, network_of, point_masses, spring_numbers
 from warpsim.scene import SceneError
 from warpsim.scene.pacing import MOST_SUBSTEPS
@@ -19,8 +23,26 @@ from warpsim.scene.problems import Problem
 from warpsim.scene.springs import Network
 
 MARGIN = 0.9  # of the longest substep that `auto` takes: a network that moves has other directions than at its start
-UNBOUNDED = {"implicit_euler": 4}  # solvers that stand any substep, and how many `auto` takes per frame
+UNBOUNDED = {"implicit_euler": 4, "xpbd": 16}  # solvers whose springs stand any substep, and how many `auto` takes per frame at least
 SYMPLECTIC = ("semi_implicit_euler", "drift_kick", "verlet")
+GROWERS = ("euler", *GROWING)
+GROWTH = 0.01  # [1/s]: by which what swings undamped may grow with one of these, where no substep keeps it
+SHARES = np.linspace(1.0 / 24.0, 1.0, 24)  # of the largest ω at which oscillators are tried
+
+
+class Loads(NamedTuple):
+    """What a network asks of a method."""
+
+    stiffness: float
+    """W, bounds ω² of every mode [1/s²]."""
+    damping: float
+    """G, bounds γ of every mode, by its springs [1/s]."""
+    least_damping: float
+    """β: every mode has γ >= β ω² [s]."""
+    air: float
+    """Rate at which velocities across a surface die away [1/s]."""
+    drag: tuple[float, float]
+    """Smallest and largest rate at which velocities of points die away, solved exactly [1/s]."""
 
 
 class Advice(NamedTuple):
@@ -29,9 +51,11 @@ class Advice(NamedTuple):
     longest: float
     """Substep up to which it is stable for sure [s]; infinite without springs, 0 where no substep is short enough."""
     least: int
-    """Substeps per frame with which it is; 0 where none are enough."""
+    """Substeps per frame with which it is; 0 where as many as a frame may have are not enough."""
     chosen: int
     """Substeps per frame that the scene asks for, or that `auto` chooses."""
+    solver: str
+    """By which method."""
 
     @property
     def sufficient(self) -> bool:
@@ -40,29 +64,35 @@ class Advice(NamedTuple):
 
     def __str__(self) -> str:
         """Say it in words."""
+        if self.least == 0 and self.solver in GROWERS:
+            return f"with {self.solver} whatever swings grows at any substep: take semi_implicit_euler, drift_kick or verlet"
         if self.least == 0:
-            return "with euler whatever swings grows at any substep: take semi_implicit_euler, drift_kick or verlet"
+            return f"stands {self.longest:.3g} s at most, which is shorter than any substep: weaker springs, more mass, or implicit_euler"
         if self.longest == math.inf:
             return f"stable with any substeps; it has {self.chosen}"
-        return f"stable for sure from {self.least} substeps per frame on, of {self.longest:.3g} s at most; it has {self.chosen}"
+        words = f"with {self.solver} what swings grows by less than 1 % a second" if self.solver in GROWERS else "stable for sure"
+        return f"{words} from {self.least} substeps per frame on, of {self.longest:.3g} s at most; it has {self.chosen}"
 
 
 def advice_for(spec, scene, net: Net) -> Advice:
     """Return the advice for a network of a scene."""
     longest, frame, asked = longest_substep(spec, net), 1.0 / scene.time.fps, spec.substeps or scene.time.substeps
-    least = 0 if longest == 0.0 else max(1, math.ceil(frame / longest * (1.0 - 1e-9)))
-    chosen = asked
-    if asked == "auto":
-        chosen = UNBOUNDED.get(spec.solver) or max(1, math.ceil(frame / (MARGIN * longest)))
-    return Advice(longest, least, chosen)
+    least = max(1, math.ceil(frame / longest * (1.0 - 1e-9)))
+    chosen = max(UNBOUNDED.get(spec.solver, 1), math.ceil(frame / (MARGIN * longest))) if asked == "auto" else asked
+    return Advice(longest, least if least <= MOST_SUBSTEPS else 0, chosen, spec.solver)
 
 
 def checked_advice(name: str, spec, scene, net: Net) -> Advice:
     """Return the advice. Raises SceneError where `auto` would need more substeps than a frame may have."""
     advice = advice_for(spec, scene, net)
     if advice.chosen > MOST_SUBSTEPS:
-        message = f"{name} needs {advice.chosen} substeps per frame, and a frame has at most {MOST_SUBSTEPS}: weaker springs, more mass"
-        raise SceneError([Problem(message, path=f"systems.{name}.substeps")])
+        words = f"{name} needs {advice.chosen} substeps per frame, and a frame has at most {MOST_SUBSTEPS}"
+        if spec.solver in GROWERS:
+            words += f": with {spec.solver} whatever swings undamped grows (take another solver, or more damping)"
+        else:
+            times = (advice.chosen / MOST_SUBSTEPS) ** 2
+            words += f": springs {times:.3g} times weaker or points {times:.3g} times as heavy would do, or solver: implicit_euler"
+        raise SceneError([Problem(words, path=f"systems.{name}.substeps")])
     return advice
 
 
@@ -73,21 +103,67 @@ def scene_advice(scene) -> dict[str, Advice]:
 
 
 def longest_substep(spec, net: Net) -> float:
-    """Return the substep up to which a network is stable for sure with its solver [s]: 0 for euler, by which what swings always grows."""
+    """Return the substep up to which a network is stable for sure with its solver [s]; with GROWERS, grows no faster than GROWTH."""
+    return longest_for(spec.solver, network_loads(spec, net))
+
+
+def longest_for(solver: str, loads: Loads) -> float:
+    """Return the substep up to which a method stands these loads [s]."""
+    fastest = max(math.sqrt(loads.stiffness), loads.damping + (loads.air if solver in STAGED else 0.0))
+    if fastest == 0.0:
+        return math.inf
+    if solver == "euler":
+        swinging = loads.least_damping + (loads.drag[0] + 2.0 * GROWTH) / loads.stiffness if loads.stiffness else math.inf
+        return min(swinging, 2.0 / max(loads.damping + loads.air, 1e-300))
+    holds, turns = (_staged_holds, 26) if solver in STAGED else (_symplectic_holds, 60)
+    low, high = 1e-9 / fastest, 32.0 / fastest
+    if holds(solver, loads, high):
+        return high
+    for _ in range(turns):
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if holds(solver, loads, middle) else (low, middle)
+    return low
+
+
+def _symplectic_holds(solver: str, loads: Loads, h: float) -> bool:
+    """Return whether a step of h keeps every mode. Verlet splits the air off (Strang); drift_kick's springs come after the drag."""
+    stands = 2.0 + 2.0 * math.exp(-loads.drag[1] * h) if solver == "drift_kick" else 4.0
+    decay = 0.0 if solver == "verlet" else -2.0 * math.expm1(-loads.air * h)
+    return h * h * loads.stiffness + 2.0 * h * loads.damping + decay <= stands
+
+
+def _staged_holds(solver: str, loads: Loads, h: float) -> bool:
+    """Return whether a step of h keeps every oscillator that the loads allow."""
+    drags = np.linspace(*loads.drag, 3 if loads.drag[1] > loads.drag[0] else 1) * h
+    a = h * h * loads.stiffness * SHARES**2
+    most = h * (loads.damping + loads.air)
+    least = np.minimum(loads.least_damping / h * a, most)
+    shares = np.linspace(0.0 if loads.stiffness else 0.2, 1.0, 5)[:, None]
+    g = least + (most - least) * shares
+    a, g, z = (array.reshape(-1) for array in np.broadcast_arrays(a, g[None], drags[:, None, None]))
+    return largest_growth(solver, a, g, z) <= 1.0 + 1e-9 + (GROWTH * h if solver in GROWERS else 0.0)
+
+
+def network_loads(spec, net: Net) -> Loads:
+    """Return what a network asks of a method, at its start."""
     stiffness, damping, rest = spring_numbers(spec, net)
     mass, held = point_masses(spec, net), np.zeros(len(net.points), bool)
     held[spec.pinned(spec.pins)] = True
-    largest = bound(net, stiffness, rest, mass, held)
-    resistance = bound(net, damping, None, mass, held)
-    bend, resist = (16.0 * numbers.sum() / mass.max() for numbers in hinge_numbers(spec))
-    largest, resistance = largest + bend, resistance + resist
-    if largest == 0.0 and resistance == 0.0:
-        return math.inf
+    length = np.linalg.norm(net.points[net.springs[:, 1]] - net.points[net.springs[:, 0]], axis=1)
+    pulls = (stiffness > 0.0) & ~held[net.springs].all(axis=1)
+    least = float((damping[pulls] / stiffness[pulls]).min(initial=np.inf)) if pulls.any() else 0.0
+    if (pulls & (length > rest * (1.0 + 1e-9))).any():
+        least = 0.0  # nothing damps what a stretched spring does sideways
+    alpha = getattr(spec, "drag", 0.0) or getattr(spec.coupling, "alpha", 0.0)
+    drag = (alpha + 6.0 * math.pi * spec.radius * getattr(spec.coupling, "viscosity", 0.0)) / mass[~held]
+    air = spec.air / spec.density if spec.type == "cloth" else 0.0
+    hinges, resisting = hinge_numbers(spec)
     if spec.solver in UNBOUNDED:
-        return math.inf
-    if spec.solver not in SYMPLECTIC:
-        return 0.0
-    return 4.0 / (resistance + math.sqrt(resistance**2 + 4.0 * largest))  # the root of h² W + 2 h G = 4
+        stiffness, damping = 0.0 * stiffness, 0.0 * damping  # what the solver itself answers
+    least = min([least, *(resisting[hinges > 0.0] / hinges[hinges > 0.0])])
+    strong = bound(net, stiffness, rest, mass, held) + float(16.0 * hinges.sum() / mass.max())
+    damped = bound(net, damping, None, mass, held) + float(16.0 * resisting.sum() / mass.max())
+    return Loads(strong, damped, least, air, (float(drag.min(initial=np.inf)), float(drag.max())) if drag.size else (0.0, 0.0))
 
 
 def bound(net: Net, coefficient: np.ndarray, rest: np.ndarray | None, mass: np.ndarray, held: np.ndarray) -> float:
