@@ -40,7 +40,7 @@ def runge_kutta(x, v, drive, k: float, h: float):
 def step(solver: str, x, v, drive, k: float, h: float, past=(), first: bool = True):
     """One substep: x, v and the drives to keep, latest first.
 
-    With too few of them the `first` substep of a frame is one by Runge and Kutta, and its parabola is the past; any other uses those there are.
+    With too few of them the `first` substep of a frame is one by Runge and Kutta, whose parabola is the past; any other uses what there is.
     """
     if solver == "rk4":
         return *runge_kutta(x, v, drive, k, h)[:2], []
