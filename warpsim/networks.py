@@ -1,7 +1,7 @@
 """Networks: points, springs and triangles as arrays, laid out from lists, generators or mesh files, and packed for kernels."""
 
 from dataclasses import dataclass, field
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 
@@ -24,6 +24,13 @@ class Net:
     """int32 (m, 2), places in `points`."""
     triangles: np.ndarray = field(default_factory=lambda: np.zeros((0, 3), np.int32))
     """int32 (k, 3): the surface, if it has one."""
+    cells: np.ndarray | None = None
+    """int32 (q, 4): the same surface in quadrangles and triangles, which end in −1; None where it is of triangles only."""
+
+    @property
+    def facets(self) -> np.ndarray:
+        """int32 (q, 4): what of the surface moves as one in a fluid; a triangle's last point is −1."""
+        return np.pad(self.triangles, ((0, 0), (0, 1)), constant_values=-1) if self.cells is None else self.cells
 
 
 def network_of(spec, where: str) -> Net:
@@ -35,7 +42,7 @@ def network_of(spec, where: str) -> Net:
         return _cloth(spec)
     if spec.generator is None:
         springs = np.array(spec.springs, np.int32).reshape(-1, 2)
-        return Net(np.array(spec.points, float).reshape(-1, 3), springs)
+        return Net(np.array(spec.points, float).reshape(-1, 3), springs, np.array(spec.triangles, np.int32).reshape(-1, 3))
     net = _LAYOUTS[spec.generator.type](spec.generator, f"{where}.generator")
     _check_lists(spec, net, where)
     return net
@@ -151,6 +158,48 @@ def _block(spec, where: str) -> Net:
     return Net(points, _joined(number, half), np.concatenate(faces))
 
 
+def _body(spec, where: str) -> Net:
+    """Return a body: every section as four corners, of which an edge has two alike and a point all four."""
+    head, tail, sections = np.array(spec.head, float), np.array(spec.tail, float), spec.numbers
+    axis = (tail - head) / np.linalg.norm(tail - head)
+    up = np.array(spec.up, float) - (np.array(spec.up) @ axis) * axis
+    up /= np.linalg.norm(up)
+    right = np.cross(up, axis)
+    forms = {(True, True): (0, 1, 2, 3), (True, False): (0, 1, 1, 0), (False, True): (0, 0, 1, 1), (False, False): (0, 0, 0, 0)}
+    places = [forms[one.width > 0.0, one.height > 0.0] for one in spec.sections]
+    corners = [[numbers[place] for place in form] for numbers, form in zip(sections, places, strict=True)]
+    points = np.zeros((spec.point_count, 3))
+    for one, numbers in zip(spec.sections, corners, strict=True):
+        for number, (x, y) in zip(numbers, ((1, 1), (-1, 1), (-1, -1), (1, -1)), strict=True):
+            points[number] = head + one.at * (tail - head) + 0.5 * (x * one.width * right + y * one.height * up)
+    springs, cells = [], []
+    for k, numbers in enumerate(sections):
+        springs += [(a, b) for n, a in enumerate(numbers) for b in numbers[n + 1 :]]
+        after = sections[k + 1] if k + 1 < len(sections) else []
+        full = len(numbers) == len(after) == 4
+        springs += [(a, b) for n, a in enumerate(numbers) for m, b in enumerate(after) if not full or (m - n) % 4 != 2]
+    for here, there in pairwise(corners):
+        cells += [(here[n], here[(n + 1) % 4], there[(n + 1) % 4], there[n]) for n in range(4)]
+    cells += [tuple(reversed(sections[0])), tuple(sections[-1])]
+    whole = [cell for cell in map(_distinct, cells) if len(cell) > 2]
+    cut = [half for n, cell in enumerate(whole) for half in _halves(cell, n)]
+    rows = [(*cell, -1)[:4] for cell in whole]
+    return Net(points, np.array(springs, np.int32), np.array(cut, np.int32), np.array(rows, np.int32))
+
+
+def _distinct(cell: tuple[int, ...]) -> tuple[int, ...]:
+    """Return the corners of a cell without repeated ones."""
+    return tuple(dict.fromkeys(cell))
+
+
+def _halves(cell: tuple[int, ...], n: int) -> list[tuple[int, ...]]:
+    """Return the triangles of a cell, cut from corner to corner, every second one along the other diagonal."""
+    if len(cell) == 3:
+        return [cell]
+    a, b, c, d = cell
+    return [(a, b, c), (a, c, d)] if n % 2 else [(a, b, d), (b, c, d)]
+
+
 def _mesh(spec, where: str) -> Net:
     mesh = load_mesh(spec.file.path, f"{where}.file", spec.scale)
     edges = np.sort(np.concatenate([mesh.triangles[:, [0, 1]], mesh.triangles[:, [1, 2]], mesh.triangles[:, [2, 0]]]), axis=1)
@@ -158,7 +207,7 @@ def _mesh(spec, where: str) -> Net:
     return Net(points, np.unique(edges, axis=0).astype(np.int32), mesh.triangles)
 
 
-_LAYOUTS = {"chain": _chain, "ring": _ring, "grid": _grid, "block": _block, "mesh": _mesh}
+_LAYOUTS = {"chain": _chain, "ring": _ring, "grid": _grid, "block": _block, "body": _body, "mesh": _mesh}
 
 
 def _joined(number: np.ndarray, steps: list[tuple[int, ...]]) -> np.ndarray:
@@ -200,20 +249,39 @@ class Packed:
         return np.ascontiguousarray(each[self.spring].reshape(-1))
 
 
+def packed_facets(point_count: int, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the facets (q, 4) of every point, packed as springs are: first rows (slices + 1), and numbers (rows, 64), −1 for none."""
+    corner = facets.T.reshape(-1)
+    number = np.tile(np.arange(len(facets)), 4)
+    begin, (facet,) = _slices(point_count, corner[corner >= 0], number[corner >= 0])
+    return begin, facet
+
+
+def looseness(net: Net, inverse_mass: np.ndarray) -> np.ndarray:
+    """Return Σ d/(m N²) over the N corners of each facet, d being how many facets a corner is at, float64 (q,) [1/kg]."""
+    corner = net.facets >= 0
+    degree = np.bincount(net.facets[corner], minlength=len(net.points))
+    loose = np.append(degree * inverse_mass.astype(float), 0.0)[net.facets]  # the last for −1
+    return loose.sum(axis=1) / corner.sum(axis=1) ** 2
+
+
 def packed(point_count: int, springs: np.ndarray) -> Packed:
     """Sort the springs (m, 2) by point, those of a point in their order, into slices of 64 points."""
-    slices = max(1, -(-point_count // SLICE))
     count = len(springs)
-    ends, others = springs.T.reshape(-1), springs[:, ::-1].T.reshape(-1)
-    number = np.tile(np.arange(count), 2)
-    order = np.lexsort((number, ends))
-    ends, others, number = ends[order], others[order], number[order]
-    degree = np.bincount(ends, minlength=slices * SLICE)
-    turn = np.arange(2 * count) - np.repeat(np.cumsum(degree) - degree, degree)  # of a spring among its point's
-    width = degree.reshape(slices, SLICE).max(axis=1)
-    begin = np.concatenate([[0], np.cumsum(width)])
-    neighbor = np.arange(slices * SLICE).reshape(slices, SLICE).repeat(width, axis=0)
-    spring = np.full_like(neighbor, -1)
-    row = begin[ends // SLICE] + turn
-    neighbor[row, ends % SLICE], spring[row, ends % SLICE] = others, number
-    return Packed(begin.astype(np.int32), neighbor.astype(np.int32), spring.astype(np.int32))
+    begin, (spring, neighbor) = _slices(point_count, springs.T.reshape(-1), np.tile(np.arange(count), 2), springs[:, ::-1].T.reshape(-1))
+    own = np.arange((len(begin) - 1) * SLICE).reshape(-1, SLICE).repeat(np.diff(begin), axis=0)
+    return Packed(begin, np.where(spring < 0, own, neighbor).astype(np.int32), spring)
+
+
+def _slices(point_count: int, points: np.ndarray, numbers: np.ndarray, *more: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Sort numbers of things, and what belongs to them, by the points that they are at, rising, into slices of 64 points."""
+    slices = max(1, -(-point_count // SLICE))
+    order = np.lexsort((numbers, points))
+    points = points[order]
+    degree = np.bincount(points, minlength=slices * SLICE)
+    turn = np.arange(len(points)) - np.repeat(np.cumsum(degree) - degree, degree)  # of a thing among its point's
+    begin = np.concatenate([[0], np.cumsum(degree.reshape(slices, SLICE).max(axis=1))])
+    rows = [np.full((begin[-1], SLICE), -1, np.int32) for _ in (numbers, *more)]
+    for row, values in zip(rows, (numbers, *more), strict=True):
+        row[begin[points // SLICE] + turn, points % SLICE] = values[order]
+    return begin.astype(np.int32), rows

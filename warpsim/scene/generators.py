@@ -1,12 +1,12 @@
 """Generators: regular networks of points and springs, described by a few numbers; networks.py lays them out."""
 
-from itertools import product
+from itertools import accumulate, pairwise, product
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from warpsim.scene.assets import asset_path
-from warpsim.scene.base import Direction, Number, Spec, Vec3, WholeNumber, one_of_types
+from warpsim.scene.base import Direction, Mistake, Number, Spec, Vec3, WholeNumber, mistakes, one_of_types
 
 Side = Annotated[WholeNumber, Field(ge=2, le=4096)]
 Length = Annotated[Number, Field(gt=0.0, le=1e9)]
@@ -17,6 +17,14 @@ class Generator(Spec):
 
     groups: ClassVar[tuple[str, ...]] = ()
     """Names of groups of its points, for `pins`."""
+    chains: ClassVar[tuple[str, ...]] = ()
+    """Names of rows of its points, each joined to the next, for `muscles` and `grip`."""
+    has_surface: ClassVar[bool] = False
+    """Whether it makes triangles."""
+
+    def chain(self, name: str) -> list[int]:
+        """Return the points of a chain, in their order."""
+        raise KeyError(name)
 
     def group(self, name: str) -> list[int]:
         """Return the points of a group, rising."""
@@ -34,9 +42,10 @@ class Generator(Spec):
 
 
 class Chain(Generator):
-    """Points along a straight line, each joined to the next. Points are numbered from the start. Groups: start, end."""
+    """Points along a straight line, each joined to the next. Points are numbered from the start. Groups: start, end. Chain: line."""
 
     groups: ClassVar[tuple[str, ...]] = ("start", "end")
+    chains: ClassVar[tuple[str, ...]] = ("line",)
     type: Literal["chain"] = Field("chain", description="Kind of generator.")
     count: Annotated[WholeNumber, Field(ge=2, le=1_000_000)] = Field(description="Number of points, both ends included [1].")
     start: Vec3 = Field(description="Place of the first point [m].")
@@ -45,6 +54,10 @@ class Chain(Generator):
     def group(self, name: str) -> list[int]:
         """Return one end."""
         return [{"start": 0, "end": self.count - 1}[name]]
+
+    def chain(self, name: str) -> list[int]:
+        """Return all points, from the start."""
+        return list(range(self.count))
 
     @property
     def point_count(self) -> int:
@@ -58,13 +71,18 @@ class Chain(Generator):
 
 
 class Ring(Generator):
-    """Points on a circle, each joined to the next and the last to the first."""
+    """Points on a circle, each joined to the next and the last to the first. Chain: round, which ends where it begins."""
 
+    chains: ClassVar[tuple[str, ...]] = ("round",)
     type: Literal["ring"] = Field("ring", description="Kind of generator.")
     count: Annotated[WholeNumber, Field(ge=3, le=1_000_000)] = Field(description="Number of points [1].")
     center: Vec3 = Field((0.0, 0.0, 0.0), description="Its center [m].")
     normal: Direction = Field((0.0, 0.0, 1.0), description="Normal of its plane, of any length [1].")
     radius: Length = Field(description="Its radius [m].")
+
+    def chain(self, name: str) -> list[int]:
+        """Return all points, and the first once more."""
+        return [*range(self.count), 0]
 
     @property
     def point_count(self) -> int:
@@ -84,6 +102,7 @@ class GridOfPoints(Generator):
     """
 
     groups: ClassVar[tuple[str, ...]] = ("left", "right", "top", "bottom", "corners")
+    has_surface: ClassVar[bool] = True
     type: Literal["grid"] = Field("grid", description="Kind of generator.")
     resolution: tuple[Side, Side] = Field(description="Number of points along the first edge and along the second [1].")
     corner: Vec3 = Field((0.0, 0.0, 0.0), description="Place of point (0, 0) [m].")
@@ -116,6 +135,7 @@ class Block(Generator):
     """
 
     groups: ClassVar[tuple[str, ...]] = ("left", "right", "bottom", "top", "back", "front", "corners")
+    has_surface: ClassVar[bool] = True
     type: Literal["block"] = Field("block", description="Kind of generator.")
     resolution: tuple[Side, Side, Side] = Field(description="Number of points along x, y and z [1].")
     center: Vec3 = Field((0.0, 0.0, 0.0), description="Its center [m].")
@@ -145,9 +165,91 @@ class Block(Generator):
         return sum((a - x) * (b - y) * (c - z) * 2 ** max(0, x + y + z - 1) for x, y, z in product((0, 1), repeat=3) if x + y + z)
 
 
+class Section(Spec):
+    """A cross-section of a body: a rectangle, an edge where one side is 0, a point where both are."""
+
+    at: Annotated[Number, Field(ge=0.0, le=1.0)] = Field(description="Its place between head 0 and tail 1 [1].")
+    width: Annotated[Number, Field(ge=0.0, le=1e9)] = Field(0.0, description="From right to left [m].")
+    height: Annotated[Number, Field(ge=0.0, le=1e9)] = Field(0.0, description="From bottom to top [m].")
+
+    @property
+    def point_count(self) -> int:
+        """Four corners, the two ends of an edge, or one point."""
+        return (2 if self.width else 1) * (2 if self.height else 1)
+
+
+class Body(Generator):
+    """A body from head to tail: rectangular cross-sections braced within and joined to the next, with a closed surface.
+
+    Of a section the points are right top, left top, left bottom, right bottom, as the body sees itself; an edge has two of them. Groups:
+    head, tail (the first and last section). Chains from head to tail along the rectangles: right_top, left_top, left_bottom, right_bottom.
+    """
+
+    groups: ClassVar[tuple[str, ...]] = ("head", "tail")
+    chains: ClassVar[tuple[str, ...]] = ("right_top", "left_top", "left_bottom", "right_bottom")
+    has_surface: ClassVar[bool] = True
+    type: Literal["body"] = Field("body", description="Kind of generator.")
+    head: Vec3 = Field(description="Where the first section has its middle, at 0 [m].")
+    tail: Vec3 = Field(description="Where the last has it, at 1 [m].")
+    up: Direction = Field((0.0, 1.0, 0.0), description="Where its back is, of any length; its part along the body is dropped [1].")
+    sections: Annotated[tuple[Section, ...], Field(min_length=2, max_length=10_000)] = Field(
+        description="Its cross-sections, from head to tail."
+    )
+
+    @model_validator(mode="after")
+    def _is_a_body(self):
+        found = []
+        for k in range(1, len(self.sections)):
+            if self.sections[k].at <= self.sections[k - 1].at:
+                message = f"sections must follow each other: {self.sections[k].at:g} does not come after {self.sections[k - 1].at:g}"
+                found.append(Mistake(("sections", k, "at"), message, ("sections",)))
+        flat = [k for k, one in enumerate(self.sections[1:-1], 1) if one.point_count < 4]
+        if flat:
+            message = "between head and tail a section has a width and a height: only the ends may be an edge or a point"
+            found.append(Mistake(("sections", flat[0]), message, ("sections",)))
+        if len(self.sections) == 2 and min(one.point_count for one in self.sections) < 4:
+            found.append(Mistake(("sections",), "two sections make a body only if both are rectangles", ("sections",)))
+        way = [b - a for a, b in zip(self.head, self.tail, strict=True)]
+        across = [way[k - 2] * self.up[k - 1] - way[k - 1] * self.up[k - 2] for k in range(3)]
+        if sum(x * x for x in across) <= 1e-12 * sum(x * x for x in way) * sum(x * x for x in self.up):
+            message = "the body has no length" if not any(way) else "up must lead away from the line from head to tail"
+            found.append(Mistake(("up" if any(way) else "tail",), message, ("head", "tail", "up")))
+        if found:
+            raise mistakes(found)
+        return self
+
+    @property
+    def numbers(self) -> list[list[int]]:
+        """The points of each section."""
+        ends = list(accumulate(one.point_count for one in self.sections))
+        return [list(range(end - one.point_count, end)) for end, one in zip(ends, self.sections, strict=True)]
+
+    def group(self, name: str) -> list[int]:
+        """Return the points of the first or the last section."""
+        return self.numbers[{"head": 0, "tail": -1}[name]]
+
+    def chain(self, name: str) -> list[int]:
+        """Return one corner of all rectangles."""
+        corner = self.chains.index(name)
+        return [section[corner] for section in self.numbers if len(section) == 4]
+
+    @property
+    def point_count(self) -> int:
+        """How many points its sections have."""
+        return sum(one.point_count for one in self.sections)
+
+    @property
+    def spring_count(self) -> int:
+        """All within a section, and between neighbors all but the four that would cross the body from corner to corner."""
+        counts = [one.point_count for one in self.sections]
+        within = sum(n * (n - 1) // 2 for n in counts)
+        return within + sum(a * b - 4 * (a == b == 4) for a, b in pairwise(counts))
+
+
 class MeshEdges(Generator):
     """The vertices of a mesh joined along its edges. Equal places of the file are one point; points are in rising order of x, y, z."""
 
+    has_surface: ClassVar[bool] = True
     type: Literal["mesh"] = Field("mesh", description="Kind of generator.")
     file: asset_path(".obj", ".stl", ".ply", ".glb") = Field(description="The mesh's file, beside the scene.")
     center: Vec3 = Field((0.0, 0.0, 0.0), description="Where the file's origin is put [m].")

@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 from warpsim.scene.base import Mistake, Name, Number, Spec, Vec3, WholeNumber, form_by_key, is_number, mistakes, one_of_forms
 from warpsim.scene.generators import GeneratorUnion
 from warpsim.scene.look import Look
+from warpsim.scene.muscles import Grip, Line, Muscle, body_mistakes, triangle_mistakes
 from warpsim.scene.nearest import listed, nearest
 from warpsim.scene.particles import Drag, StokesDrag, System
 from warpsim.scene.strengths import Moment, Strength
@@ -133,6 +134,29 @@ class Springs(Network):
     pins: tuple[Pin, ...] = Field(
         (), max_length=200_000, description="Points that are held: numbers, the generator's groups, or [i, j] of a grid."
     )
+    triangles: tuple[tuple[Index, Index, Index], ...] = Field(
+        (), max_length=200_000, description="Its surface: triples of points, counterclockwise from outside [1]."
+    )
+    water: Annotated[Number, Field(ge=0.0, le=1e12)] = Field(
+        0.0,
+        description="Resistance of the flow to what of the surface moves into it, F = -water A max(0, (v - u) n) n [kg/(m^2 s)].",
+    )
+    chains: dict[Name, Line] = Field(
+        {}, description="Points in a row, by name, each joined to the next by a spring: for muscles and grip [1]."
+    )
+    muscles: tuple[Muscle, ...] = Field((), max_length=1024, description="Springs whose rest lengths vary in time.")
+    grip: Grip | None = Field(
+        None, description="Friction that depends on where along the body a point slides; absent: the same everywhere."
+    )
+
+    @property
+    def has_surface(self) -> bool:
+        """Whether there are triangles."""
+        return bool(self.generator.has_surface if self.generator else self.triangles)
+
+    def chain_points(self, name: str) -> Sequence[int]:
+        """Return the points of a chain, of its own or the generator's."""
+        return self.chains[name] if name in self.chains else self.generator.chain(name)
 
     @property
     def point_count(self) -> int | None:
@@ -151,6 +175,10 @@ class Springs(Network):
         where = [(("pins",), self.pins)] + [(("pin_motion", k, "pins"), motion.pins) for k, motion in enumerate(self.pin_motion)]
         strange = [mistake for path, pins in where for mistake in pin_mistakes(path, pins, self.generator, self.point_count)]
         found += strange or motion_mistakes(self)
+        found += body_mistakes(self)
+        if self.water and not self.has_surface:
+            message = "the flow resists triangles, and there are none: triangles names them, or a generator with a surface makes them"
+            found.append(Mistake(("water",), message, ("water", "triangles", "generator")))
         if found:
             raise mistakes(found[:_MOST_TOLD])
         return self
@@ -158,11 +186,11 @@ class Springs(Network):
 
 def _source_mistakes(net: Springs) -> list[Mistake]:
     if net.generator:
-        keys = [key for key in ("points", "springs") if getattr(net, key)]
+        keys = [key for key in ("points", "springs", "triangles") if getattr(net, key)]
         return [Mistake((key,), f"the generator makes the {key}: leave one of them out", (key, "generator")) for key in keys]
     if not net.points:
         return [Mistake((), "a network needs points and springs, or a generator that makes them", ("points", "generator"))]
-    return []
+    return triangle_mistakes(net.triangles, len(net.points))
 
 
 def _spring_mistakes(net: Springs) -> list[Mistake]:

@@ -26,7 +26,7 @@ class NetworkSystem(LastingSystem):
     """
 
     def __init__(self, name: str, spec, scene: Scene, environment: Environment, clock: wp.array, net: Net):
-        self.net, self._start_time = net, environment.start_time
+        self.net, self.start_time = net, environment.start_time
         count, mass = checked_advice(name, spec, scene, net).chosen, point_masses(spec, net)
         super().__init__(name, spec, scene, environment, clock, count, net.points, np.zeros_like(net.points), mass)
         self.inverse_mass = wp.array(self._inverse_masses(spec), dtype=float, device=self.device)
@@ -58,6 +58,8 @@ class NetworkSystem(LastingSystem):
     def energy(self) -> float:
         """Return what springs and parts hold at the present frame, of springs Σ ½ k (|d| − r)² [J], in float64."""
         stiffness, _, rest = spring_numbers(self.spec, self.net)
+        for part in self.parts:
+            rest = part.rest_lengths(int(self.clock.numpy()[0]) / self._fps, rest)
         ends = self.population.host("position").T.astype(float)[self.net.springs]
         springs = float(0.5 * (stiffness * (np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) - rest) ** 2).sum())
         return springs + sum(part.energy() for part in self.parts)
@@ -120,7 +122,7 @@ class NetworkSystem(LastingSystem):
         """Yield the stage that puts the pins where they belong at the end of substep s."""
         count = self._pins.point.shape[0]
         if count:
-            inputs = (s, self.pace.dt, self._start_time, self._pins, self.particles.position, self.particles.velocity)
+            inputs = (s, self.pace.dt, self.start_time, self._pins, self.particles.position, self.particles.velocity)
             yield Stage("pins", springs.project_pins, count, inputs)
 
     @property

@@ -11,6 +11,7 @@ from warpsim.launch import Stage
 from warpsim.networks import SPRING_NUMBERS, network_of, packed, spring_numbers
 from warpsim.scene import Scene
 from warpsim.systems.networks import NetworkSystem
+from warpsim.systems.water import Water
 
 
 class Springs(NetworkSystem):
@@ -27,6 +28,7 @@ class Springs(NetworkSystem):
         self.network.inverse_mass = self.inverse_mass
         for key, array in self._numbers(spec).items():
             setattr(self.network, key, wp.array(array, dtype=float, device=device))
+        self._water = Water(self, environment) if Water.wanted(spec) else None
 
     def _numbers(self, spec) -> dict[str, np.ndarray]:
         """Return the network's arrays of numbers by their names."""
@@ -38,8 +40,21 @@ class Springs(NetworkSystem):
         inputs = (self.network, self.particles, self.internal)
         yield Stage("springs", springs.accumulate_springs, self.population.capacity, inputs, spring_loops.accumulate_springs)
 
+    def stages(self, native: bool) -> Iterator[Stage]:
+        """Yield the frame's stages; nothing here waits for the device."""
+        if self._water:
+            yield from self._water.stages()
+        yield from super().stages(native)
+
+    def wind(self, moment: int) -> Iterator[Stage]:
+        """Yield the stages that add what the flow does to the surface."""
+        if self._water:
+            yield from self._water.forces(moment)
+
     def change(self, spec, scene: Scene, environment: Environment) -> None:
         """Take the numbers of another spec of the same structure, in place."""
         super().change(spec, scene, environment)
         for key, array in self._numbers(spec).items():
             getattr(self.network, key).assign(array)
+        if self._water:
+            self._water.change(environment)

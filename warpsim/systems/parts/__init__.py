@@ -2,7 +2,8 @@
 
 from warpsim.systems.parts.base import Part
 from warpsim.systems.parts.bending import Bending
+from warpsim.systems.parts.muscles import Muscles
 
-PARTS: tuple[type[Part], ...] = (Bending,)
+PARTS: tuple[type[Part], ...] = (Muscles, Bending)
 
 __all__ = ["PARTS", "Part"]

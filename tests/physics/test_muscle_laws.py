@@ -1,0 +1,97 @@
+"""Laws of muscles and of water: forced oscillations, waves, what a fluid can and cannot take, a fish that swims."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.reference.muscles import forced
+from tests.simulation.networks import simulate, state
+
+BALL = {"type": "body", "head": [0.5, 0, 0], "tail": [-0.5, 0, 0]}
+BALL["sections"] = [{"at": at, "width": w, "height": w} for at, w in ((0, 0), (0.2, 0.8), (0.5, 1), (0.8, 0.8), (1, 0))]
+
+
+def driven(rest, omega=20.0, **keys):
+    """A mass of 0.5 kg on a muscle of 1 m from a pin, at rest where the muscle begins."""
+    net = {"points": [[0, 0, 0], [1, 0, 0]], "springs": [[0, 1]], "pins": [0], "mass": 0.5, "stiffness": 0.5 * omega**2}
+    return simulate(**net, muscles=[{"springs": "all", **rest}], solver="verlet", **keys)
+
+
+@pytest.mark.parametrize("ratio", [0.3, 0.8, 1.5, 3.0])
+def test_a_muscle_drives_its_mass_as_a_forced_oscillation(ratio):
+    """A r0 ω²/|ω² − Ω²| and the free swing beside it; Verlet's frequency is off by (ωh)²/24 = 7e-5 at 25 substeps a radian."""
+    omega, share = 20.0, 0.02
+    drive = ratio * omega
+    wave = {"amplitude": share, "period": 2 * math.pi / drive}
+    for how in ({"wave": wave}, {"rest": {"sine": {"mean": 1, "amplitude": share, "period": 2 * math.pi / drive}}}):
+        sim = driven(how, fps=60, substeps=8)
+        frames = [(frame.time, float(frame["s"].position[1, 0])) for frame in sim.frames(120)]
+        time, x = np.array(frames).T
+        expected = forced(time, 1.0, share, omega, drive)
+        assert np.abs(x - expected).max() < 7e-3 * np.abs(expected - 1.0).max()  # 40 rad of phase, each off by 7e-5, and half as much for Ω
+
+
+def test_a_muscle_holds_what_its_activation_says():
+    """Damped, a mass comes to rest at r0 (1 + a (f − 1)): to 1e-5 once e^{−γt/2} with γ = 20/s has run for 2 s."""
+    for activation, rest, expected in ((1.0, 0.7, 0.7), (0.5, 0.7, 0.85), (0.0, 0.7, 1.0), (2.0, 1.2, 1.4)):
+        sim = driven({"rest": rest, "activation": activation}, damping=10.0, substeps=8)
+        sim.run(2.0)
+        assert state(sim)[0][1, 0] == pytest.approx(expected, abs=1e-5)
+
+
+def test_crests_run_along_a_chain_at_wavelength_over_period():
+    """The lengths of stiff springs follow their rest lengths: each passes its mean s/c later, c = 0.5 m/s, to a frame of 1/480 s."""
+    chain = {"type": "chain", "count": 9, "start": [0, 0, 0], "end": [2, 0, 0]}
+    muscle = {"chain": "line", "wave": {"amplitude": 0.05, "period": 1.0, "wavelength": 0.5}}
+    keys = {"generator": chain, "mass": 0.001, "stiffness": 1000.0, "damping": 1.0, "muscles": [muscle], "pins": ["start"]}
+    sim = simulate(**keys, fps=480, substeps=16, solver="semi_implicit_euler")
+    sim.run(4.5)
+    length = np.array([np.diff(frame["s"].position[:, 0]) for frame in sim.frames(480)]) - 0.25
+    crest = length.argmax(axis=0) / 480
+    late = np.mod(np.diff(crest) + 0.5, 1.0) - 0.5
+    assert np.abs(np.mod(late - 0.25 / 0.5, 1.0) - np.round(np.mod(late - 0.25 / 0.5, 1.0))).max() < 0.02
+
+
+@pytest.mark.parametrize("water", [1.0, 1e3, 1e9])
+@pytest.mark.parametrize("solver", ["semi_implicit_euler", "drift_kick", "verlet"])
+def test_water_never_adds_energy(water, solver):
+    """However strong and however long the substep: at most all of the motion against it goes. Nearly free points, thrown about."""
+    sim = simulate(generator=BALL, mass=0.01, stiffness=0.0, water=water, substeps=1, solver=solver)
+    rng = np.random.default_rng(4)
+    velocity = np.zeros((3, 64), np.float32)
+    velocity[:, :14] = rng.normal(size=(3, 14))
+    sim.systems["s"].population.field("velocity").assign(velocity)
+    energy = [sim.statistics()["s"]["kinetic_energy"]]
+    for _ in range(30):
+        sim.step_frame()
+        energy.append(sim.statistics()["s"]["kinetic_energy"])
+    assert energy[0] > 0.01 and (np.diff(energy) <= 1e-6 * energy[0]).all() and energy[-1] < energy[0]
+
+
+def test_water_pushes_only_against_what_moves_into_it():
+    """A sheet with its front to +z: forward it is slowed as e^(−c A t/m), backward and sideways not at all."""
+    points = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    springs = [[0, 1], [1, 2], [2, 3], [3, 0]]
+    keys = {"points": points, "springs": springs, "triangles": [[0, 1, 2], [0, 2, 3]], "stiffness": 1e3, "water": 3.0}
+    keys |= {"mass": [2 / 3, 1 / 3, 2 / 3, 1 / 3]}  # as many triangles as a point has: the sheet stays even
+    for start, expected in (([0, 0, 1], [0, 0, 1]), ([0, 0, -1], [0, 0, -1]), ([2, -1, 0], [2, -1, 0])):
+        sim = simulate(**keys, substeps=32)
+        velocity = np.zeros((3, 64), np.float32)
+        velocity[:, :4] = np.array(start)[:, None]
+        sim.systems["s"].population.field("velocity").assign(velocity)
+        sim.run(0.5)
+        mean = state(sim)[1].mean(axis=0)
+        slowed = math.exp(-3.0 * 1.0 * 0.5 / 2.0) if start[2] > 0 else 1.0
+        assert mean == pytest.approx(np.array(expected) * slowed, abs=1e-3)  # first order in κh = 8e-4 a substep
+
+
+def test_a_body_is_carried_by_the_stream():
+    """Closed, and pushed from behind only: it ends up with the flow's velocity, from below, and a still one in still water stays."""
+    sim = simulate(generator=BALL, mass=0.05, stiffness=50.0, damping=0.2, water=100.0, substeps=8,
+                   more={"flow": [{"type": "uniform", "velocity": [0.3, 0.1, 0]}]})  # fmt: skip
+    sim.run(4.0)
+    assert state(sim)[1].mean(axis=0) == pytest.approx([0.3, 0.1, 0], rel=0.01, abs=1e-5)
+    sim = simulate(generator=BALL, mass=0.05, stiffness=50.0, water=100.0, substeps=8)
+    sim.run(1.0)
+    assert np.abs(state(sim)[1]).max() < 2e-5  # a rest length rounded by 6e-8 m, times ω of 100/s
