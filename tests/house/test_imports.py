@@ -31,7 +31,8 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "signals": "kernels scene",
     "environment": "kernels scene grids images launch colliders directions signals",
     "integrators": "kernels environment",
-    "systems": "kernels scene launch population environment integrators signals directions frame memory meshes networks muscles stability weaves",
+    "systems": "kernels scene launch population environment integrators signals directions frame memory meshes networks muscles "
+    "stability weaves",
     "frame": "",
     "memory": "stability scene grids",
     "changes": "scene",

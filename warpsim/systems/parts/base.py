@@ -42,15 +42,13 @@ class Part(ABC):
         """Yield what comes at the end of substep s, when all points are where it leaves them."""
         yield from ()
 
-<<<<<<< HEAD
     def energy(self) -> float:
         """Return what it holds at the present frame [J]; it is part of the network's elastic energy."""
         return 0.0
-=======
+
     def rest_lengths(self, time: float, rest: np.ndarray) -> np.ndarray:
         """Return the rest length of every spring at a time [s], float64 (m,) [m], from those that the spec says; for what a run tells."""
         return rest
->>>>>>> 9cc8cff (Muscles, the water's facets, bodies from head to tail)
 
     def change(self) -> None:  # noqa: B027 — most have no numbers of their own
         """Take the numbers of `system.spec`, in place."""
