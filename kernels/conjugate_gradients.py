@@ -16,14 +16,14 @@ from warpsim.kernels.springs import SLICE
 
 LANES = wp.constant(8)
 Lanes = wp.types.vector(length=8, dtype=wp.float64)
-SQUARE, GUESS, CURVATURE = range(3)  # rows of the partial sums: s·s, p·r, p·q
+SQUARE, GUESS, CURVATURE = range(3)  # rows of the partial sums: s·s, p·r, p·q; at the end the parts of Σ m y, and Σ m
 
 
 @wp.struct
 class Search:
     tolerance: wp.array[wp.float64]  # (1): of the residual, relative to that of no change
     most: int  # iterations
-    partial: wp.array2d[wp.float64]  # (3, blocks): sums over the points of each block
+    partial: wp.array2d[wp.float64]  # (4, blocks): sums over the points of each block
     goal: wp.array[wp.float64]  # (1): γ at which the search ends
     whole: wp.array[wp.float64]  # (1): γ of no change
     square: wp.array[wp.float64]  # (1): γ
@@ -33,6 +33,7 @@ class Search:
     iteration: wp.array[int]  # (1): how many there were in this substep
     frame_iterations: wp.array[int]  # (1): in this frame
     frame_residual: wp.array[wp.float64]  # (1): the largest of the frame's relative residuals at their end
+    drift: wp.array[wp.vec3]  # (1): mean of y, which springs cannot change; 0 where pins can [m/s]
     unconverged: wp.array[wp.int64]  # (1): substeps since the start that ended short of the tolerance
 
 
@@ -145,3 +146,27 @@ def turn_point(i: int, turn: float, reach: int, system_inout: System):
 def turn_direction(first: int, search: Search, reach: int, system_inout: System):
     """Turn to the next direction."""
     turn_point(first + wp.tid(), search.turn[0], reach, system_inout)
+
+
+@wp.kernel(enable_backward=False)
+def accumulate_momentum(first: int, mass: wp.array[float], point_count: int, system: System, partial_out: wp.array2d[wp.float64]):
+    """Store the sums of m y, part by part, and of m over each block."""
+    b = first + wp.tid()
+    sum = wp.vec3d()
+    total = wp.float64(0.0)
+    for i in range(b * SLICE, wp.min((b + 1) * SLICE, point_count)):
+        y = read3(system.change, i)
+        sum = sum + wp.vec3d(wp.float64(y[0]), wp.float64(y[1]), wp.float64(y[2])) * wp.float64(mass[i])
+        total = total + wp.float64(mass[i])
+    for axis in range(3):
+        partial_out[axis, b] = sum[axis]
+    partial_out[3, b] = total
+
+
+@wp.kernel(enable_backward=False)
+def resolve_drift(first: int, search_inout: Search):
+    """One thread. Store Σ m y/Σ m: what iterations that end early make of a momentum that springs between free points leave alone."""
+    drift = wp.vec3()
+    for axis in range(3):
+        drift[axis] = float(total_of(search_inout.partial, axis) / total_of(search_inout.partial, 3))
+    search_inout.drift[0] = drift

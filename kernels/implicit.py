@@ -171,11 +171,19 @@ def multiply_direction(first: int, weave: Weave, mass: wp.array[float], directio
 
 
 @wp.kernel(enable_backward=False)
-def apply_change(first: int, weave: Weave, system: System, opening: int, clock: wp.array[wp.int64], particles_inout: Particles):
-    """End the substep: v = u + y, and x moves by h v from where it began."""
+def apply_change(
+    first: int,
+    weave: Weave,
+    system: System,
+    drift: wp.array[wp.vec3],
+    opening: int,
+    clock: wp.array[wp.int64],
+    particles_inout: Particles,
+):
+    """End the substep: v = u + y, y less its drift, and x moves by h v from where it began."""
     i = first + wp.tid()
     if i < weave.point_count and started(clock, opening):
-        v = read3(particles_inout.velocity, i) + read3(system.change, i)
+        v = read3(particles_inout.velocity, i) + (read3(system.change, i) - drift[0])
         x = wp.vec3(system.start[0, i], system.start[1, i], system.start[2, i])
         write3(particles_inout.velocity, i, v)
         write3(particles_inout.position, i, x + v * system.h)

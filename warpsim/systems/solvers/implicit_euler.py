@@ -21,6 +21,7 @@ NUMBERS = {  # of a search, one of each
     float: "along turn",
     int: "going iteration frame_iterations",
     wp.int64: "unconverged",
+    wp.vec3: "drift",
 }
 
 
@@ -46,7 +47,7 @@ class ImplicitEuler(NetworkSolver):
         self._linear.direction = wp.zeros((3, capacity + 2 * layout.reach), dtype=float, device=device)
         self._search = gradients.Search()
         self._search.most = system.spec.iterations or ITERATIONS
-        self._search.partial = wp.zeros((3, capacity // SLICE), dtype=wp.float64, device=device)
+        self._search.partial = wp.zeros((4, capacity // SLICE), dtype=wp.float64, device=device)
         for dtype, names in NUMBERS.items():
             for name in names.split():
                 setattr(self._search, name, wp.zeros(1, dtype=dtype, device=device))
@@ -84,7 +85,11 @@ class ImplicitEuler(NetworkSolver):
         yield from self._turn()
         body = (*self._multiply(), Stage("search", gradients.choose_length, 1, (search,)), *self._turn())
         yield Stage("solve", body=body, condition=search.going, most=search.most)
-        inputs = (self._weave, linear, *moving, system.particles)
+        if not system.spec.pinned(system.spec.pins):
+            points = (system.particles.mass, len(system.net.points), linear, search.partial)
+            yield Stage("search", gradients.accumulate_momentum, search.partial.shape[1], points)
+            yield Stage("search", gradients.resolve_drift, 1, (search,))
+        inputs = (self._weave, linear, search.drift, *moving, system.particles)
         yield Stage("advance", implicit.apply_change, capacity, inputs)
 
     def _dot(self, row: int, a: wp.array, c: wp.array) -> Stage:
