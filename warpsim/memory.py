@@ -20,6 +20,7 @@ BYTES_PER_NEIGHBOR = 80  # the grid, places in its order, and what neighbors do
 TABLE_PER_FILE = 8  # bytes of a mesh's table per byte of its file: 44 and more per triangle, of which a binary file spends 19
 BYTES_PER_POINT = 16  # internal acceleration and inverse mass of a network's point
 BYTES_PER_SPRING = 48  # twice, for both ends: neighbor, spring, rest length, stiffness, damping; and its place in frames
+SOLVER_BYTES = {"implicit_euler": (124, 72)}  # what a solver keeps of a network: per point, per spring
 BYTES_PER_VERTEX = 24  # at least, of a mesh file
 BYTES_PER_SEGMENT = 40  # a run of births within a frame
 GIB = 1 << 30
@@ -76,7 +77,9 @@ def network_memory(system: Network) -> int:
     size = system.generator.file.path.stat().st_size if system.point_count is None else 0
     points, springs = system.point_count or size // BYTES_PER_VERTEX, system.spring_count or 3 * size // BYTES_PER_VERTEX
     state = BYTES_PER_PARTICLE + (12 * system.look.trail.points if system.look.trail else 0)
-    return 4 * points * state + points * BYTES_PER_POINT + springs * BYTES_PER_SPRING  # also the state to start anew from
+    per_point, per_spring = SOLVER_BYTES.get(system.solver, (0, 0))
+    total = per_point * points + per_spring * springs
+    return total + 4 * points * state + points * BYTES_PER_POINT + springs * BYTES_PER_SPRING  # also the state to start anew from
 
 
 def flow_row_count(scene: Scene) -> int:

@@ -1,7 +1,9 @@
 """Memory is estimated before it is taken."""
 
 import pytest
+import warp as wp
 
+from tests.simulation.networks import network
 from tests.simulation.scenes import scene
 from warpsim import Scene, SceneError, Simulation, memory
 from warpsim.kernels.forces import ForceField
@@ -58,3 +60,22 @@ def test_past_drives_are_counted(solver, past):
     capacity = 64_000
     more = memory.estimate_memory(scene({"capacity": capacity, "solver": solver})) - memory.estimate_memory(scene({"capacity": capacity}))
     assert more == 3 * capacity * (12 * past + 4 * bool(past))
+
+
+@pytest.mark.parametrize(
+    "generator",
+    [
+        {"type": "chain", "count": 5000, "start": [0, 0, 0], "end": [9, 0, 0]},
+        {"type": "block", "resolution": [16, 16, 16], "size": [1, 1, 1]},
+    ],
+)
+def test_what_implicit_euler_keeps_is_counted(generator):
+    """As much as its arrays: the system's vectors, and the woven springs, of which slices at a border have void entries."""
+    keys = {"generator": generator, "stiffness": 1.0}
+    simple, implicit = network(**keys), network(**keys, solver="implicit_euler")
+    system = Simulation(implicit, device="cpu").systems["s"]
+    structs = (system.solver._weave, system.solver._linear, system.table)
+    arrays = {id(a): a for struct in structs for name in struct._cls.vars if isinstance(a := getattr(struct, name), wp.array)}
+    taken = sum(array.capacity for array in arrays.values())
+    counted = memory.estimate_memory(implicit) - memory.estimate_memory(simple)
+    assert 0.8 * taken <= counted <= 1.5 * taken
