@@ -1,8 +1,10 @@
 """Cloth: a sheet of points (i, j), number j·nx + i, whose springs lead to twelve neighbors at fixed steps, in the wind.
 
-Springs 0 … 3 are structural, to (i ± 1, j) and (i, j ± 1); 4 … 7 shear, to (i ± 1, j ± 1); 8 … 11 bend, to (i ± 2, j) and
-(i, j ± 2). Each point gathers them in this order by the formula of springs.py. The air acts on the velocity across the sheet alone:
-the part of u − v along the normal n dies away by e^(−k h), k = c/ρ with the air's c [kg/(m²·s)] and the sheet's density ρ [kg/m²].
+Structural springs lead to (i ± 1, j) and (i, j ± 1), shear to (i ± 1, j ± 1), bend to (i ± 2, j) and (i, j ± 2). Each point sums them
+in the order of STEPS by the formula of springs.py: what comes from the rows above, what is within its row, what comes from below. The
+native loop works out every spring once, row by row, and adds it to both ends in this order (cloth_loops.py). The air acts on the velocity
+across the sheet alone: the part of u − v along the normal n dies away by e^(−k h), k = c/ρ with the air's c [kg/(m²·s)] and the sheet's
+density ρ [kg/m²].
 """
 
 import warp as wp
@@ -13,7 +15,7 @@ from warpsim.kernels.planar import read3, write3
 from warpsim.kernels.primitive import FlowPrimitive
 from warpsim.kernels.springs import spring_force
 
-STEPS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1), (1, -1), (-1, 1), (2, 0), (-2, 0), (0, 2), (0, -2))
+STEPS = ((0, -2), (0, -1), (-1, -1), (1, -1), (1, 0), (-1, 0), (2, 0), (-2, 0), (0, 1), (1, 1), (-1, 1), (0, 2))
 SPRING_COUNT = len(STEPS)
 THINNEST = wp.constant(1.0e-30)  # [m⁴]: a point whose surroundings have no area has no normal, and feels no wind
 
@@ -47,20 +49,10 @@ def sum_sheet(i: int, j: int, sheet: Sheet, position: wp.array2d[float], velocit
     return force
 
 
-@wp.kernel(enable_backward=False)
-def accumulate_cloth(first: int, sheet: Sheet, particles: Particles, internal_out: wp.array2d[float]):
-    """Store what the springs do to every point, a = F/m [m/s²]; zero for one that is pinned."""
-    p = first + wp.tid()
-    if p < sheet.nx * sheet.ny:
-        force = sum_sheet(p % sheet.nx, p // sheet.nx, sheet, particles.position, particles.velocity)
-        write3(internal_out, p, force * sheet.inverse_mass[p])
-
-
 @wp.func(inline=True)
-def twice_area(x: wp.vec3, e: wp.vec3, ne: wp.vec3, n: wp.vec3, nw: wp.vec3, w: wp.vec3, sw: wp.vec3, s: wp.vec3, se: wp.vec3) -> wp.vec3:
-    """Return twice the area vector of the cells round x, ∮ d × dd along their border, clamped to the rim.  Source: Stokes."""
-    sum = wp.cross(e - x, ne - x) + wp.cross(ne - x, n - x) + wp.cross(n - x, nw - x) + wp.cross(nw - x, w - x)
-    return sum + wp.cross(w - x, sw - x) + wp.cross(sw - x, s - x) + wp.cross(s - x, se - x) + wp.cross(se - x, e - x)
+def cell_area(a: wp.vec3, b: wp.vec3, c: wp.vec3, d: wp.vec3) -> wp.vec3:
+    """Return twice the area vector of a cell with corners a, b, c, d in turn, ∮ x × dx = (b − d) × (a − c).  Source: Stokes."""
+    return wp.cross(b - d, a - c)
 
 
 @wp.func(inline=True)
@@ -72,31 +64,44 @@ def wind_pull(area: wp.vec3, v: wp.vec3, u: wp.vec3, g: float) -> wp.vec3:
 
 @wp.func
 def area_at(i: int, j: int, sheet: Sheet, position: wp.array2d[float]) -> wp.vec3:
-    """Return twice the area vector of the cells round point (i, j) [m²]."""
-    w = wp.max(i - 1, 0)
-    e = wp.min(i + 1, sheet.nx - 1)
-    n = wp.max(j - 1, 0) * sheet.nx
-    m = j * sheet.nx
-    s = wp.min(j + 1, sheet.ny - 1) * sheet.nx
-    return twice_area(
-        read3(position, m + i),
-        read3(position, m + e),
-        read3(position, n + e),
-        read3(position, n + i),
-        read3(position, n + w),
-        read3(position, m + w),
-        read3(position, s + w),
-        read3(position, s + i),
-        read3(position, s + e),
-    )
+    """Return twice the area vector of the cells round point (i, j) [m²], those above before those below, left before right."""
+    area = wp.vec3()
+    for b in range(wp.max(j - 1, 0), wp.min(j, sheet.ny - 2) + 1):
+        for a in range(wp.max(i - 1, 0), wp.min(i, sheet.nx - 2) + 1):
+            p = b * sheet.nx + a
+            q = p + sheet.nx
+            area = area + cell_area(read3(position, p), read3(position, p + 1), read3(position, q + 1), read3(position, q))
+    return area
+
+
+@wp.func
+def sheet_air(i: int, j: int, moment: int, sheet: Sheet, particles: Particles) -> wp.vec3:
+    """Return what the wind does to point (i, j) [m/s²]; nothing to one that is pinned."""
+    p = j * sheet.nx + i
+    if not (sheet.air[0] > 0.0 and sheet.inverse_mass[p] > 0.0):
+        return wp.vec3()
+    u = sample_flow(sheet.flow, moment, read3(particles.position, p))
+    return wind_pull(area_at(i, j, sheet, particles.position), read3(particles.velocity, p), u, sheet.air[0])
+
+
+@wp.func
+def sheet_pull(i: int, j: int, moment: int, sheet: Sheet, particles: Particles) -> wp.vec3:
+    """Return what springs and wind do to point (i, j), a = F/m + wind [m/s²]."""
+    force = sum_sheet(i, j, sheet, particles.position, particles.velocity)
+    return force * sheet.inverse_mass[j * sheet.nx + i] + sheet_air(i, j, moment, sheet, particles)
 
 
 @wp.kernel(enable_backward=False)
-def accumulate_air(first: int, moment: int, sheet: Sheet, particles: Particles, internal_inout: wp.array2d[float]):
-    """Add what the wind does to every point that is free [m/s²]."""
+def accumulate_cloth(first: int, moment: int, sheet: Sheet, particles: Particles, internal_out: wp.array2d[float]):
+    """Store what springs and wind do to every point [m/s²]; zero for one that is pinned."""
     p = first + wp.tid()
-    if p < sheet.nx * sheet.ny and sheet.air[0] > 0.0 and sheet.inverse_mass[p] > 0.0:
-        u = sample_flow(sheet.flow, moment, read3(particles.position, p))
-        area = area_at(p % sheet.nx, p // sheet.nx, sheet, particles.position)
-        pull = wind_pull(area, read3(particles.velocity, p), u, sheet.air[0])
-        write3(internal_inout, p, read3(internal_inout, p) + pull)
+    if p < sheet.nx * sheet.ny:
+        write3(internal_out, p, sheet_pull(p % sheet.nx, p // sheet.nx, moment, sheet, particles))
+
+
+@wp.kernel(enable_backward=False)
+def accumulate_air(first: int, moment: int, sheet: Sheet, particles: Particles, internal_out: wp.array2d[float]):
+    """Store what the wind alone does to every point [m/s²]."""
+    p = first + wp.tid()
+    if p < sheet.nx * sheet.ny:
+        write3(internal_out, p, sheet_air(p % sheet.nx, p // sheet.nx, moment, sheet, particles))

@@ -1,108 +1,154 @@
-"""Native loops over the rows of a sheet for the CPU, beside the plain kernels whose bits they share; see loops.py."""
+"""Native loops over the rows of a sheet for the CPU, beside the plain kernels whose bits they share; see loops.py.
+
+A sheet is cut into tiles of columns, and a tile is worked through from top to bottom. Three rows of places and velocities lie in buffers,
+with two columns of the next tile on either side, so that every loop runs over whole vectors of lanes. Each spring is worked out once, at
+the upper or the left one of its ends, and what it pulls with is kept until both ends have had their turn: a point adds up its twelve in the
+order of cloth.STEPS. Each cell between two rows is worked out once, too, for the four points round it (docs/adr/0029-speed-of-networks.md).
+"""
 
 import warp as wp
 
-from warpsim.kernels.cloth import STEPS, Sheet, area_at, sum_sheet, twice_area, wind_pull
+from warpsim.kernels.cloth import STEPS, Sheet, cell_area, sheet_air, sheet_pull, wind_pull
 from warpsim.kernels.emission import Particles
-from warpsim.kernels.flow import FLOWS, sample_flow
-from warpsim.kernels.loops import FORMULAS, cases, share, snippet
-from warpsim.kernels.planar import read3, write3
+from warpsim.kernels.flow import FLOWS
+from warpsim.kernels.loops import FORMULAS, cases, snippet
+from warpsim.kernels.planar import write3
 from warpsim.kernels.springs import spring_force
 
-ROWS = """
-    constexpr int B = @BLOCK@;
+FORWARD = [(along, down) for along, down in STEPS if (down, along) > (0, 0)]  # springs that are worked out here, by their steps
+
+TILES = """
+    constexpr int W = 256, N = 16, O = N, L = W + 4 * N, B = @BLOCK@;  // lane O + l of a buffer is column i0 + l; N of them are a vector
     const int S = particles.position.shape[1], nx = sheet.nx, ny = sheet.ny;
-    const float *PX = particles.position.data, *PY = PX + S, *PZ = PY + S;
-    const float *VX = particles.velocity.data, *VY = VX + S, *VZ = VY + S;
-    float *A = internal.data;
-    for (int j = begin / nx; j * nx < end; ++j) {
-        const int row = j * nx, from = begin > row ? begin - row : 0, to = end < row + nx ? end - row : nx;
-        for (int i0 = from; i0 < to; i0 += B) {
-            const int n = to - i0 < B ? to - i0 : B, p = row + i0;
-BODY
+    const float *P = particles.position.data, *Q = particles.velocity.data, air = sheet.air.data[0];
+    BUFFERS  // a buffer of n rows has row j in j % n; each row is x, y, z
+    #define EACH_LANE(from) _Pragma("clang loop vectorize_width(16) interleave_count(1)") for (int l = from; l < from + lanes; ++l)
+    #define AT(row, m) vec(row[0][m], row[1][m], row[2][m])
+    #define PUT(row, m, value) { const vec r = value; row[0][m] = r[0]; row[1][m] = r[1]; row[2][m] = r[2]; }
+    for (int c0 = 0; c0 < nx; c0 += W) {
+        const int c1 = c0 + W < nx ? c0 + W : nx, width = c1 - c0, i0 = c0 > 0 ? c0 - 2 : 0, own = O + c0 - i0, rim = O + nx - i0;
+        const int held = (c1 + 2 < nx ? c1 + 2 : nx) - i0, lanes = (held + N - 1) & -N;
+        auto clear = [&](auto& buffer) {
+            for (auto& row : buffer) for (auto& axis : row) for (int l = 0; l < ((width + B - 1) & -B) + 4 * N; ++l) axis[l] = 0.0f;
+        };
+        CLEARED
+        int next = begin > 2 ? begin - 2 : 0;  // the row to be loaded
+        for (int j = next; j < end; ++j) {
+            for (; next < ny && next <= j + 2; ++next)
+                for (int c = 0; c < 3; ++c) {
+                    const float *X = P + c * S + next * nx + i0, *V = Q + c * S + next * nx + i0;
+                    EACH_LANE(0) if (l < held) { place[next % 3][c][O + l] = X[l]; speed[next % 3][c][O + l] = V[l]; }
+                }
+ROW
         }
     }
 """
 SPRINGS = """
-            static const int DI[] = {@ALONG@}, DJ[] = {@DOWN@};
-            float FX[B] = {}, FY[B] = {}, FZ[B] = {};
-            for (int s = 0; s < @COUNT@; ++s) {
-                const float K = sheet.stiffness.data[s], C = sheet.damping.data[s], R = sheet.rest.data[s];
-                if (j + DJ[s] < 0 || j + DJ[s] >= ny || (K == 0.0f && C == 0.0f)) continue;  // a spring without force adds nothing
-                const int a = -DI[s] - i0 > 0 ? -DI[s] - i0 : 0, b = nx - DI[s] - i0 < n ? nx - DI[s] - i0 : n;
-                const int o = p + DJ[s] * nx + DI[s];
-                for (int t = a; t < b; ++t) {
-                    const vec f = $spring_force(vec(PX[p + t], PY[p + t], PZ[p + t]), vec(VX[p + t], VY[p + t], VZ[p + t]),
-                                                vec(PX[o + t], PY[o + t], PZ[o + t]), vec(VX[o + t], VY[o + t], VZ[o + t]), R, K, C);
-                    FX[t] += f[0]; FY[t] += f[1]; FZ[t] += f[2];
+            auto springs = [&](auto& pull, int s, int along, int down) {
+                const float K = sheet.stiffness.data[s], D = sheet.damping.data[s], R = sheet.rest.data[s];
+                if (j + down < begin || (K == 0.0f && D == 0.0f)) return;  // a spring without force adds nothing
+                const auto &x = place[j % 3], &y = place[(j + down) % 3], &v = speed[j % 3], &u = speed[(j + down) % 3];
+                const int first = i0 == 0 && along < 0 ? O - along : O, last = j + down < ny ? rim - (along > 0 ? along : 0) : O;
+                EACH_LANE(O) {
+                    const bool there = l >= first && l < last;  // beyond the rim are no springs
+                    const vec f = $spring_force(AT(x, l), AT(v, l), AT(y, l + along), AT(u, l + along), R, K, D);
+                    for (int c = 0; c < 3; ++c) pull[c][l] = there ? f[c] : 0.0f;
                 }
-            }
-            for (int t = 0; t < n; ++t) {
-                const float w = sheet.inverse_mass.data[p + t];
-                A[p + t] = FX[t] * w; A[p + t + S] = FY[t] * w; A[p + t + 2 * S] = FZ[t] * w;
-            }
+            };
+            CALLS
 """
 AIR = """
-            float X[3][B] = {}, U[3][B] = {}, N[3][B] = {};
-            const int up = j > 0 ? -nx : 0, down = j < ny - 1 ? nx : 0;
-            #define AT(k) vec(PX[k], PY[k], PZ[k])
-            auto normal = [&](int t, int west, int east) {
-                const int m = p + t, n = m + up, s = m + down;
-                const vec a = $twice_area(AT(m), AT(m + east), AT(n + east), AT(n), AT(n - west), AT(m - west),
-                                          AT(s - west), AT(s), AT(s + east));
-                N[0][t] = a[0]; N[1][t] = a[1]; N[2][t] = a[2];
-            };
-            const int inner = i0 > 0 ? 0 : 1, outer = i0 + n < nx ? n : n - 1;
-            for (int t = inner; t < outer; ++t) normal(t, 1, 1);
-            if (inner) normal(0, 0, nx > 1 ? 1 : 0);
-            if (outer < n) normal(n - 1, nx > 1 ? 1 : 0, 0);
-            for (int t = 0; t < n; ++t) { X[0][t] = PX[p + t]; X[1][t] = PY[p + t]; X[2][t] = PZ[p + t]; }
-            #define FLOW(formula) for (int i = 0; i < B; ++i) { \\
-                const vec x(X[0][i], X[1][i], X[2][i]), r = formula; U[0][i] += r[0]; U[1][i] += r[1]; U[2][i] += r[2]; }
-            for (int k = 0; k < sheet.flow.shape[1]; ++k) {
-                const auto q = sheet.flow.data[moment * sheet.flow.shape[1] + k];
-                switch (q.kind) { FLOW_CASES }
-            }
-            for (int t = 0; t < n; ++t) {
-                const int m = p + t;
-                const vec f = $wind_pull(vec(N[0][t], N[1][t], N[2][t]), vec(VX[m], VY[m], VZ[m]), vec(U[0][t], U[1][t], U[2][t]), g);
-                const bool free = sheet.inverse_mass.data[m] > 0.0f;
-                A[m] = free ? A[m] + f[0] : A[m]; A[m + S] = free ? A[m + S] + f[1] : A[m + S];
-                A[m + 2 * S] = free ? A[m + 2 * S] + f[2] : A[m + 2 * S];
+            if (air > 0.0f) {
+                const auto &x = place[j % 3], &y = place[(j + 1) % 3];
+                const int last = j + 1 < ny ? rim - 1 : O;
+                EACH_LANE(O) {
+                    const vec a = $cell_area(AT(x, l), AT(x, l + 1), AT(y, l + 1), AT(y, l));
+                    for (int c = 0; c < 3; ++c) cell[j % 2][c][l] = l < last ? a[c] : 0.0f;
+                }
             }
 """
-for mark, numbers in {"ALONG": [step[0] for step in STEPS], "DOWN": [step[1] for step in STEPS], "COUNT": [len(STEPS)]}.items():
-    SPRINGS = SPRINGS.replace(f"@{mark}@", ", ".join(map(str, numbers)))
-AIR = ROWS.replace("BODY", AIR.replace("FLOW_CASES", cases(FLOWS.values(), "FLOW"))).replace("\n            #define", "\n#define")
-AIR = "\n    const float g = sheet.air.data[0];\n    if (!(g > 0.0f)) return;" + AIR
+STORE = """
+            if (j < begin) continue;
+            for (int t0 = 0; t0 < width; t0 += B) {
+                const int p = j * nx + c0 + t0, k = own + t0, n = width - t0 < B ? width - t0 : B;
+                const float* w = sheet.inverse_mass.data + p;
+                float X[3][B], U[3][B] = {}, wind[3][B] = {};
+                if (air > 0.0f) {
+                    for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) X[c][i] = place[j % 3][c][k + i];
+                    #define FLOW(formula) for (int i = 0; i < B; ++i) { \\
+                        const vec x = AT(X, i), r = formula; U[0][i] += r[0]; U[1][i] += r[1]; U[2][i] += r[2]; }
+                    for (int m = 0; m < sheet.flow.shape[1]; ++m) {
+                        const auto q = sheet.flow.data[moment * sheet.flow.shape[1] + m];
+                        switch (q.kind) { FLOW_CASES }
+                    }
+                    const auto &above = cell[(j + 1) % 2], &below = cell[j % 2], &v = speed[j % 3];
+                    for (int i = 0; i < B; ++i) {
+                        const int l = k + i;
+                        const vec area = vec() + AT(above, l - 1) + AT(above, l) + AT(below, l - 1) + AT(below, l);
+                        PUT(wind, i, $wind_pull(area, AT(v, l), AT(U, i), air))
+                    }
+                }
+                for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) if (i < n) {
+                    const int l = k + i;
+                    internal.data[c * S + p + i] = SUM(w[i] > 0.0f ? wind[c][i] : 0.0f);
+                }
+            }
+""".replace("FLOW_CASES", cases(FLOWS.values(), "FLOW"))
+MACROS = "".join(f"#undef {macro}\n" for macro in ("EACH_LANE", "AT", "PUT", "FLOW"))
 
 
-@wp.func_native(snippet(ROWS.replace("BODY", SPRINGS), spring_force))
-def sheet_range(begin: int, end: int, sheet: Sheet, particles: Particles, internal: wp.array2d[float]):
-    """Sum the springs of a range of points."""
-    for p in range(begin, end):
-        force = sum_sheet(p % sheet.nx, p // sheet.nx, sheet, particles.position, particles.velocity)
-        write3(internal, p, force * sheet.inverse_mass[p])
+def pull_of(along: int, down: int) -> str:
+    """Write what the spring to a neighbor does to component c at lane l: worked out here, or there and with the other sign."""
+    if (along, down) in FORWARD:
+        return f" + pull{FORWARD.index((along, down))}[j % {down + 1}][c][l]"
+    return f" - pull{FORWARD.index((-along, -down))}[(j + 1) % {1 - down}][c][l + {along}]"
 
 
-@wp.func_native(snippet(AIR, *FORMULAS, twice_area, wind_pull) + "#undef AT\n#undef FLOW\n")
-def air_range(begin: int, end: int, moment: int, sheet: Sheet, particles: Particles, internal: wp.array2d[float]):
-    """Add what the wind does to a range of points."""
-    for p in range(begin, end):
-        u = sample_flow(sheet.flow, moment, read3(particles.position, p))
-        area = area_at(p % sheet.nx, p // sheet.nx, sheet, particles.position)
-        write3(internal, p, wind_pull(area, read3(particles.velocity, p), u, sheet.air[0]))
+def rows_text(row: str, buffers: dict[str, int], *formulas) -> str:
+    """Assemble a loop over rows from what is done in each; `buffers`: their names and numbers of rows."""
+    text = TILES.replace("ROW", row)
+    text = text.replace("BUFFERS", "float " + ", ".join(f"{name}[{rows}][3][L]" for name, rows in buffers.items()) + ";")
+    text = text.replace("CLEARED", " ".join(f"clear({name});" for name in buffers))
+    text = text.replace("\n                    #define", "\n#define").replace("\n    #define", "\n#define")
+    return snippet(text, *FORMULAS, *formulas, cell_area, wind_pull) + MACROS
+
+
+WIND_BUFFERS = {"place": 3, "speed": 3, "cell": 2}
+PULL_BUFFERS = {f"pull{k}": down + 1 for k, (_, down) in enumerate(FORWARD)}
+CALLS = " ".join(f"springs(pull{k}[j % {b + 1}], {STEPS.index((a, b))}, {a}, {b});" for k, (a, b) in enumerate(FORWARD))
+SPRINGS_AND_AIR = SPRINGS.replace("CALLS", CALLS) + AIR
+SPRINGS_AND_AIR += STORE.replace("SUM(", f"(0.0f{''.join(pull_of(*step) for step in STEPS)}) * w[i] + (")
+
+
+@wp.func
+def share_rows(part: int, part_count: int, row_count: int) -> wp.vec2i:
+    """Return the rows [begin, end) of one core's part."""
+    return wp.vec2i(row_count * part // part_count, row_count * (part + 1) // part_count)
+
+
+@wp.func_native(rows_text(SPRINGS_AND_AIR, WIND_BUFFERS | PULL_BUFFERS, spring_force))
+def sheet_rows(begin: int, end: int, moment: int, sheet: Sheet, particles: Particles, internal: wp.array2d[float]):
+    """Sum springs and wind of a range of rows."""
+    for p in range(begin * sheet.nx, end * sheet.nx):
+        write3(internal, p, sheet_pull(p % sheet.nx, p // sheet.nx, moment, sheet, particles))
+
+
+@wp.func_native(rows_text(AIR + STORE.replace("SUM(", "("), WIND_BUFFERS))
+def air_rows(begin: int, end: int, moment: int, sheet: Sheet, particles: Particles, internal: wp.array2d[float]):
+    """Store what the wind does to a range of rows."""
+    for p in range(begin * sheet.nx, end * sheet.nx):
+        write3(internal, p, sheet_air(p % sheet.nx, p // sheet.nx, moment, sheet, particles))
 
 
 @wp.kernel(enable_backward=False)
-def accumulate_cloth(part: int, part_count: int, sheet: Sheet, particles: Particles, internal_out: wp.array2d[float]):
-    """Store what the springs do to one part of the points."""
-    cut = share(part + wp.tid(), part_count, sheet.nx * sheet.ny)
-    sheet_range(cut[0], cut[1], sheet, particles, internal_out)
+def accumulate_cloth(part: int, part_count: int, moment: int, sheet: Sheet, particles: Particles, internal_out: wp.array2d[float]):
+    """Store what springs and wind do to one part of the points."""
+    cut = share_rows(part + wp.tid(), part_count, sheet.ny)
+    sheet_rows(cut[0], cut[1], moment, sheet, particles, internal_out)
 
 
 @wp.kernel(enable_backward=False)
-def accumulate_air(part: int, part_count: int, moment: int, sheet: Sheet, particles: Particles, internal_inout: wp.array2d[float]):
-    """Add what the wind does to one part of the points."""
-    cut = share(part + wp.tid(), part_count, sheet.nx * sheet.ny)
-    air_range(cut[0], cut[1], moment, sheet, particles, internal_inout)
+def accumulate_air(part: int, part_count: int, moment: int, sheet: Sheet, particles: Particles, internal_out: wp.array2d[float]):
+    """Store what the wind alone does to one part of the points."""
+    cut = share_rows(part + wp.tid(), part_count, sheet.ny)
+    air_rows(cut[0], cut[1], moment, sheet, particles, internal_out)

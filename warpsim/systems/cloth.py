@@ -9,7 +9,7 @@ import warp as wp
 from warpsim.environment import Environment, Surroundings
 from warpsim.kernels import cloth, cloth_loops
 from warpsim.launch import Stage
-from warpsim.networks import KINDS, network_of
+from warpsim.networks import network_of
 from warpsim.scene import Scene
 from warpsim.scene.particles import Drag
 from warpsim.systems.networks import NetworkSystem
@@ -46,7 +46,7 @@ class Cloth(NetworkSystem):
         """Return the sheet's arrays of numbers by their names."""
         along, down = (np.array(edge, float) / (n - 1) for edge, n in zip(spec.edges, spec.resolution, strict=True))
         rest = [np.linalg.norm(i * along + j * down) for i, j in cloth.STEPS]
-        kinds = [getattr(spec, kind) for kind in KINDS for _ in range(4)]  # as kernels/cloth.py has them
+        kinds = [spec.bend if 2 in map(abs, step) else spec.structural if 0 in step else spec.shear for step in cloth.STEPS]
         k, h = spec.air / spec.density, self.pace.dt
         numbers = {"rest": rest, "stiffness": [kind.stiffness for kind in kinds], "damping": [kind.damping for kind in kinds]}
         numbers["air"] = [-math.expm1(-k * h) / h]
@@ -58,12 +58,12 @@ class Cloth(NetworkSystem):
         yield from super().stages(native)
 
     def pull(self, moment: int) -> Iterator[Stage]:
-        """Yield the stage that sums the springs of every point."""
-        inputs = (self.sheet, self.particles, self.internal)
+        """Yield the stage that sums springs and wind of every point."""
+        inputs = (moment, self.sheet, self.particles, self.internal)
         yield Stage("springs", cloth.accumulate_cloth, self.population.capacity, inputs, cloth_loops.accumulate_cloth)
 
     def wind(self, moment: int) -> Iterator[Stage]:
-        """Yield the stage that adds the wind."""
+        """Yield the stage that stores the wind alone."""
         inputs = (moment, self.sheet, self.particles, self.internal)
         yield Stage("air", cloth.accumulate_air, self.population.capacity, inputs, cloth_loops.accumulate_air)
 

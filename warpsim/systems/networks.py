@@ -40,11 +40,11 @@ class NetworkSystem(LastingSystem):
 
     @abstractmethod
     def pull(self, moment: int) -> Iterator[Stage]:
-        """Yield the stages that store in `internal` what the springs do to each point at its present place [m/s²]."""
+        """Yield the stages that store in `internal` what the springs do to each point, and the flow across a surface that it has [m/s²]."""
 
     def wind(self, moment: int) -> Iterator[Stage]:
-        """Yield the stages that add to `internal` what the flow does across a surface [m/s²]."""
-        yield from ()
+        """Yield the stages that store in `internal` what the flow alone does across a surface: nothing where there is none [m/s²]."""
+        yield Stage("springs", points.clear_internal, self.population.capacity, (self.internal,))
 
     @cached_property
     def table(self) -> springs.SpringTable:
@@ -97,14 +97,11 @@ class NetworkSystem(LastingSystem):
         """Yield the stages that store in `internal` all that acts within the network at a moment, in half substeps [m/s²]."""
         yield from self.prepare(moment)
         yield from self.pull(moment)
-        yield from self._besides(moment)
+        for part in self.parts:
+            yield from part.forces(moment)
 
     def outer_forces(self, moment: int) -> Iterator[Stage]:
         """Yield the same but for the springs, for solvers that answer those in a way of their own; prepare() is not in it."""
-        yield Stage("springs", points.clear_internal, self.population.capacity, (self.internal,))
-        yield from self._besides(moment)
-
-    def _besides(self, moment: int) -> Iterator[Stage]:
         yield from self.wind(moment)
         for part in self.parts:
             yield from part.forces(moment)
