@@ -21,6 +21,7 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "amplification": "",
     "muscles": "scene networks",
     "stability": "scene networks amplification",
+    "coloring": "kernels",
     "launch": "kernels",
     "population": "kernels",
     "images": "kernels",
@@ -32,7 +33,7 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "environment": "kernels scene grids images launch colliders directions signals",
     "integrators": "kernels environment",
     "systems": "kernels scene launch population environment integrators signals directions frame memory meshes networks muscles "
-    "stability weaves",
+    "stability weaves coloring",
     "frame": "",
     "memory": "stability scene grids",
     "changes": "scene",

@@ -13,8 +13,9 @@ from warpsim.scene.nearest import listed, nearest
 from warpsim.scene.particles import Drag, StokesDrag, System
 from warpsim.scene.strengths import Moment, Strength
 
-CoupledSolver = Literal["euler", "drift_kick", "semi_implicit_euler", "verlet", "implicit_euler"]
-SOLVERS_WITH = {"iterations": ("implicit_euler",), "tolerance": ("implicit_euler",)}  # keys that not every solver knows
+CoupledSolver = Literal["euler", "drift_kick", "semi_implicit_euler", "verlet", "implicit_euler", "xpbd"]
+SOLVERS_WITH = {"iterations": ("implicit_euler", "xpbd"), "tolerance": ("implicit_euler",)}  # keys that not every solver knows
+MOST_PASSES = 100  # of xpbd, each of them launches of its own
 Index = Annotated[WholeNumber, Field(ge=0)]
 _MOST_TOLD = 50
 
@@ -81,7 +82,9 @@ class Network(System):
 
     solver: CoupledSolver = Field("semi_implicit_euler", description="Method of integration.")
     iterations: Annotated[WholeNumber, Field(ge=1, le=10_000)] | None = Field(
-        None, description="Of implicit_euler: the most iterations of conjugate gradients per substep; absent: 100 [1]."
+        None,
+        description="Of implicit_euler: the most iterations of conjugate gradients per substep, absent: 100. Of xpbd: passes over the "
+        "springs per substep, absent: 1 [1].",
     )
     tolerance: Annotated[Number, Field(ge=1e-6, le=0.5)] | None = Field(
         None, description="Of implicit_euler: what is left, of what there was to solve, when the iterations end; absent: 1e-4 [1]."
@@ -245,7 +248,11 @@ def pin_mistakes(path: tuple, pins: Sequence[str | int | tuple[int, int]], gener
 def solver_mistakes(net: Any) -> list[Mistake]:
     """Return a mistake for each number that the network's solver does not know."""
     keys = [key for key in ("iterations", "tolerance") if getattr(net, key) is not None and net.solver not in SOLVERS_WITH[key]]
-    return [Mistake((key,), f"{key} is for {' and '.join(SOLVERS_WITH[key])}, not {net.solver}", (key, "solver")) for key in keys]
+    found = [Mistake((key,), f"{key} is for {' and '.join(SOLVERS_WITH[key])}, not {net.solver}", (key, "solver")) for key in keys]
+    if net.solver == "xpbd" and (net.iterations or 1) > MOST_PASSES:
+        message = f"xpbd makes at most {MOST_PASSES} passes per substep: more substeps do more than more passes"
+        found.append(Mistake(("iterations",), message, ("iterations", "solver", "substeps")))
+    return found
 
 
 def motion_mistakes(net: Any) -> list[Mistake]:

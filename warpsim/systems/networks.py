@@ -25,6 +25,9 @@ class NetworkSystem(LastingSystem):
     `net` holds the points where they start and what joins them.
     """
 
+    native = False
+    """Whether stages run native loops; known when the stages are asked for."""
+
     def __init__(self, name: str, spec, scene: Scene, environment: Environment, clock: wp.array, net: Net):
         self.net, self.start_time = net, environment.start_time
         count, mass = checked_advice(name, spec, scene, net).chosen, point_masses(spec, net)
@@ -84,6 +87,7 @@ class NetworkSystem(LastingSystem):
 
     def stages(self, native: bool) -> Iterator[Stage]:
         """Yield the frame's stages; nothing here waits for the device."""
+        self.native = native
         yield from self.surroundings.stages()
         yield from self.solver.stages()
         yield from self.points.stages(self.clock)

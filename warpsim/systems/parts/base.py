@@ -34,6 +34,9 @@ class Part(ABC):
     constrains = False
     """Whether it moves points in constrain(): contacts are then worked out after it."""
 
+    changes_springs = False
+    """Whether it gives single springs other numbers in time, in `system.table`."""
+
     def constrain(self, s: int) -> Iterator[Stage]:
         """Yield the stages that move points once substep s has moved them; contacts with colliders come afterwards."""
         yield from ()
