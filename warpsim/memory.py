@@ -6,6 +6,7 @@ import os
 from warpsim.scene import Scene, SceneError
 from warpsim.scene.assets import assets_of
 from warpsim.scene.events import events_of, has_colors
+from warpsim.scene.flocks import Flock
 from warpsim.scene.forces import felt_pairs
 from warpsim.scene.obstacles import answers
 from warpsim.scene.pacing import is_adaptive, substep_count
@@ -19,6 +20,7 @@ BYTES_PER_EVENT = 68  # a row of the log of a kind of event, and its place in th
 BYTES_PER_NEIGHBOR = 80  # the grid, places in its order, and what neighbors do
 TABLE_PER_FILE = 8  # bytes of a mesh's table per byte of its file: 44 and more per triangle, of which a binary file spends 19
 BYTES_PER_POINT = 16  # internal acceleration and inverse mass of a network's point
+BYTES_PER_BOID = 120  # the grid, places and velocities in its order, steering, where a substep found it
 BYTES_PER_SPRING = 48  # twice, for both ends: neighbor, spring, rest length, stiffness, damping; and its place in frames
 SOLVER_BYTES = {"implicit_euler": (124, 72)}  # what a solver keeps of a network: per point, per spring
 BYTES_PER_VERTEX = 24  # at least, of a mesh file
@@ -39,6 +41,9 @@ def estimate_memory(scene: Scene) -> int:
         total += (2 * count + 2) * len(scene.colliders) * BYTES_PER_COLLIDER
         if isinstance(system, Network):
             total += network_memory(system)
+            continue
+        if isinstance(system, Flock):
+            total += flock_memory(system)
             continue
         more = (24 if system.motion == "ballistic" else 0) + (12 * system.look.trail.points if system.look.trail else 0)
         order = MULTISTEP_SOLVERS.get(system.solver, 0)
@@ -80,6 +85,12 @@ def network_memory(system: Network) -> int:
     per_point, per_spring = SOLVER_BYTES.get(system.solver, (0, 0))
     total = per_point * points + per_spring * springs
     return total + 4 * points * state + points * BYTES_PER_POINT + springs * BYTES_PER_SPRING  # also the state to start anew from
+
+
+def flock_memory(system: Flock) -> int:
+    """Return the bytes that a flock takes on its device, but for its tables."""
+    state = BYTES_PER_PARTICLE + 4 + (12 * system.look.trail.points if system.look.trail else 0)
+    return (4 * state + BYTES_PER_BOID) * (system.count + 1024)  # also the state to start anew from
 
 
 def flow_row_count(scene: Scene) -> int:

@@ -64,6 +64,10 @@ class Population:
         view = self.slab[rows.start] if self.fields[name].rows == 1 else self.slab[rows]
         return view.view(dtype)
 
+    def rows(self, count: int) -> wp.array:
+        """Return the slab's first rows as float32 (count, capacity): position, velocity, …."""
+        return self.slab[:count].view(wp.float32)
+
     def view(self, position: str = "position", velocity: str = "velocity") -> emission.Particles:
         """Return the population as its kernels see it, with the given fields for position and velocity."""
         view = emission.Particles()

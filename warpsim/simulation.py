@@ -21,11 +21,12 @@ from warpsim.scene import Scene
 from warpsim.scene.events import in_order
 from warpsim.stability import Advice
 from warpsim.systems.cloth import Cloth
+from warpsim.systems.flock import Flock
 from warpsim.systems.networks import NetworkSystem
 from warpsim.systems.particles import Particles
 from warpsim.systems.springs import Springs
 
-SYSTEMS = {"particles": Particles, "springs": Springs, "cloth": Cloth}
+SYSTEMS = {"particles": Particles, "springs": Springs, "cloth": Cloth, "flock": Flock}
 wp.config.log_level = max(wp.config.log_level, wp.LOG_WARNING)  # no banner and no line per module; set it lower afterwards to see them
 SNAPSHOT_EVERY = 64  # frames between the states from which the last good one is recomputed; 1 % of a run of a million particles
 MOST_KEPT = 16  # states for going back
@@ -84,7 +85,9 @@ class Simulation:
         self.environment = Environment(scene, self.device)
         self._poses = Poses(scene)
         self.flow = FlowProbe(self.environment, lambda: self.time)
-        made: dict[str, Particles | Springs | Cloth] = {}  # in the order in which they move, so that each hears of the events before it
+        made: dict[
+            str, Particles | Springs | Cloth | Flock
+        ] = {}  # in the order in which they move, so that each hears of the events before it
         for name in in_order(scene.systems):
             spec = scene.systems[name]
             made[name] = SYSTEMS[spec.type](name, spec, scene, self.environment, self._clock, made)

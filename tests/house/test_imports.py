@@ -20,6 +20,7 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "weaves": "networks",
     "amplification": "",
     "muscles": "scene networks",
+    "flocks": "scene",
     "stability": "scene networks amplification",
     "coloring": "kernels",
     "launch": "kernels",
@@ -33,7 +34,7 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "environment": "kernels scene grids images launch colliders directions signals",
     "integrators": "kernels environment",
     "systems": "kernels scene launch population environment integrators signals directions frame memory meshes networks muscles "
-    "stability weaves coloring",
+    "stability weaves coloring flocks",
     "frame": "",
     "memory": "stability scene grids",
     "changes": "scene",

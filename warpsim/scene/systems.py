@@ -2,8 +2,9 @@
 
 from warpsim.scene.base import one_of_types
 from warpsim.scene.cloth import Cloth
+from warpsim.scene.flocks import Flock
 from warpsim.scene.particles import Particles, System
 from warpsim.scene.springs import Springs
 
-KINDS = (Particles, Springs, Cloth)
+KINDS = (Particles, Springs, Cloth, Flock)
 SystemUnion = one_of_types(System)

@@ -17,10 +17,10 @@ def bits_for(count: int) -> int:
 class Neighbors:
     """The hashed grid of a population: marked by whoever knows which particles take part, then sorted and gathered by the stages here.
 
-    `reach` [m]: nobody farther away is found for sure, everybody nearer is.
+    `reach` [m]: nobody farther away is found for sure, everybody nearer is. `rows`: of the slab, position first, that are gathered.
     """
 
-    def __init__(self, population: Population, reach: float):
+    def __init__(self, population: Population, reach: float, rows: int = 3):
         device, capacity = population.device, population.capacity
         self.population, self._bits = population, bits_for(capacity)
         self.grid = grid.Grid()
@@ -29,7 +29,7 @@ class Neighbors:
         self.grid.bucket = wp.zeros(capacity, dtype=int, device=device)
         self.grid.order = wp.zeros(capacity, dtype=int, device=device)
         self.grid.begin = wp.zeros((1 << self._bits) + 2, dtype=int, device=device)
-        self.sorted = wp.zeros((3, capacity), dtype=float, device=device)
+        self.sorted = wp.zeros((rows, capacity), dtype=float, device=device)
         self.change(reach)
 
     def change(self, reach: float) -> None:
@@ -46,7 +46,7 @@ class Neighbors:
             yield from self._passes()
         else:
             yield from self._counting_sort()
-        inputs = (counters, self.grid, self.population.field("position"), self.sorted)
+        inputs = (counters, self.grid, self.population.rows(self.sorted.shape[0]), self.sorted)
         yield Stage("neighbors", grid.gather_rows, capacity, inputs, grid_loops.gather_rows)
 
     def _passes(self) -> Iterator[Stage]:

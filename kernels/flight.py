@@ -1,0 +1,166 @@
+"""Flight of a flock: how boids start, how their steering moves them within their limits, and what the domain's borders do.
+
+Symbols: x position [m], v velocity [m/s], u flow [m/s], F steering [N], m mass [kg], h substep [s].
+"""
+
+import warp as wp
+
+from warpsim.kernels.birth import isotropic
+from warpsim.kernels.domain import CONTAIN, PERIODIC, Domain, wrap
+from warpsim.kernels.elementary import cos_turns, sin_turns
+from warpsim.kernels.emission import Particles
+from warpsim.kernels.environment import Environment, drag_rate, sample_felt_acceleration
+from warpsim.kernels.flow import sample_flow
+from warpsim.kernels.integration import Pace, drift, kick
+from warpsim.kernels.planar import read3, write3
+from warpsim.kernels.points import started
+from warpsim.kernels.random import POSITION, VELOCITY, random_words, uniform
+
+NO_LIMIT = 1.0e30
+
+
+@wp.struct
+class Limits:
+    slowest: float  # [m/s]
+    fastest: float  # [m/s]; NO_LIMIT
+    strongest: float  # most steering force [N]; NO_LIMIT
+    turn_cosine: float  # of the largest turn in a substep; −2: any
+    turn_sine: float
+
+
+@wp.func
+def emit_place(words: wp.vec4ui, domain: Domain) -> wp.vec3:
+    """Return a place uniform in the domain [m]."""
+    share = wp.vec3(uniform(words[0]), uniform(words[1]), uniform(words[2]))
+    return domain.low + wp.cw_mul(domain.size, share)
+
+
+@wp.func
+def emit_heading(words: wp.vec4ui, domain: Domain) -> wp.vec3:
+    """Return a unit vector, isotropic in the axes that the domain has."""
+    rate = domain.rate
+    axes = wp.where(rate[0] > 0.0, 1, 0) + wp.where(rate[1] > 0.0, 1, 0) + wp.where(rate[2] > 0.0, 1, 0)
+    if axes == 3 or axes == 0:
+        return isotropic(words[0], words[1])
+    a = cos_turns(uniform(words[1]))
+    b = sin_turns(uniform(words[1]))
+    if axes == 1:
+        a = wp.where(a < 0.0, -1.0, 1.0)
+        return wp.vec3(wp.where(rate[0] > 0.0, a, 0.0), wp.where(rate[1] > 0.0, a, 0.0), wp.where(rate[2] > 0.0, a, 0.0))
+    return wp.vec3(
+        wp.where(rate[0] > 0.0, a, 0.0),
+        wp.where(rate[1] > 0.0, wp.where(rate[0] > 0.0, b, a), 0.0),
+        wp.where(rate[2] > 0.0, b, 0.0),
+    )
+
+
+@wp.kernel(enable_backward=False)
+def emit_flock(first: int, count: int, key: wp.vec2ui, speed: float, domain: wp.array[Domain], particles_out: Particles):
+    """Put every boid somewhere in the domain, on an isotropic heading at a speed [m/s]."""
+    i = first + wp.tid()
+    if i < count:
+        write3(particles_out.position, i, emit_place(random_words(key, wp.int64(i), POSITION), domain[0]))
+        write3(particles_out.velocity, i, emit_heading(random_words(key, wp.int64(i), VELOCITY), domain[0]) * speed)
+
+
+@wp.func
+def limit_force(f: wp.vec3, strongest: float) -> wp.vec3:
+    """Return a force of at most a strength [N], in its direction."""
+    square = wp.dot(f, f)
+    if square > strongest * strongest:
+        return f * (strongest / wp.sqrt(square))
+    return f
+
+
+@wp.func
+def limit_turn(v0: wp.vec3, v: wp.vec3, cosine: float, sine: float) -> wp.vec3:
+    """Return v turned back toward v0 so far that the angle between them is at most the largest; its length stays."""
+    a = wp.dot(v0, v0)
+    b = wp.dot(v, v)
+    if cosine < -1.0 or a == 0.0 or b == 0.0 or wp.dot(v0, v) >= cosine * wp.sqrt(a) * wp.sqrt(b):
+        return v
+    ahead = v0 / wp.sqrt(a)
+    aside = v - ahead * wp.dot(ahead, v)
+    square = wp.dot(aside, aside)
+    if square < 1.0e-12 * b:  # right about: any way round
+        axis = wp.where(wp.abs(ahead[1]) < 0.9, wp.vec3(0.0, 1.0, 0.0), wp.vec3(1.0, 0.0, 0.0))
+        aside = wp.cross(axis, ahead)
+        square = wp.dot(aside, aside)
+    return (ahead * cosine + aside * (sine / wp.sqrt(square))) * wp.sqrt(b)
+
+
+@wp.func
+def limit_speed(v0: wp.vec3, v: wp.vec3, slowest: float, fastest: float) -> wp.vec3:
+    """Return v with a speed within the band [m/s]; who stands still goes where it went before."""
+    square = wp.dot(v, v)
+    if square > fastest * fastest:
+        return v * (fastest / wp.sqrt(square))
+    if square < slowest * slowest:
+        if square > 0.0:
+            return v * (slowest / wp.sqrt(square))
+        if wp.dot(v0, v0) > 0.0:
+            return wp.normalize(v0) * slowest
+    return v
+
+
+@wp.kernel(enable_backward=False)
+def advance_flock(
+    first: int,
+    count: int,
+    opening: int,
+    pace: Pace,
+    clock: wp.array[wp.int64],
+    environment: wp.array[Environment],
+    limits: wp.array[Limits],
+    steering: wp.array2d[float],
+    particles_inout: Particles,
+):
+    """Let steering, forces and the flow act on every boid for substep pace.first, within its limits, and move it: kick, then drift."""
+    i = first + wp.tid()
+    if i < count and started(clock, opening):
+        moment = 2 * pace.first
+        x = read3(particles_inout.position, i)
+        v0 = read3(particles_inout.velocity, i)
+        inverse_mass = 1.0 / particles_inout.mass[i]
+        bounds = limits[0]
+        a = sample_felt_acceleration(environment[0], moment, inverse_mass, x)
+        a = a + limit_force(read3(steering, i), bounds.strongest) * inverse_mass
+        u = sample_flow(environment[0].flow, moment, x)
+        k = drag_rate(environment[0].alpha, environment[0].viscosity, particles_inout.radius[i], inverse_mass)
+        v = kick(v0, u, a, k, pace.dt)
+        v = limit_turn(v0, v, bounds.turn_cosine, bounds.turn_sine)
+        v = limit_speed(v0, v, bounds.slowest, bounds.fastest)
+        write3(particles_inout.velocity, i, v)
+        write3(particles_inout.position, i, drift(x, v, pace.dt))
+
+
+@wp.func
+def reflect(x: float, v: float, low: float, edge: float) -> wp.vec2:
+    """Return a coordinate and its velocity thrown back by the two walls of an axis; who is far beyond stops at the wall."""
+    y = x
+    w = v
+    if x < low:
+        y = wp.min(low + (low - x), low + edge)
+        w = wp.abs(v)
+    elif x > low + edge:
+        y = wp.max(low + edge - (x - (low + edge)), low)
+        w = -wp.abs(v)
+    return wp.vec2(y, w)
+
+
+@wp.kernel(enable_backward=False)
+def project_domain(first: int, count: int, domain: wp.array[Domain], particles_inout: Particles):
+    """Keep every boid in the domain: thrown back by its walls, or come in on the other side."""
+    i = first + wp.tid()
+    if i < count and domain[0].boundary > 0:
+        x = read3(particles_inout.position, i)
+        if domain[0].boundary == PERIODIC:
+            write3(particles_inout.position, i, wrap(x, domain[0]))
+        elif domain[0].boundary == CONTAIN:
+            low = domain[0].low
+            size = domain[0].size
+            for axis in range(3):
+                if size[axis] > 0.0:
+                    back = reflect(x[axis], particles_inout.velocity[axis, i], low[axis], size[axis])
+                    particles_inout.position[axis, i] = back[0]
+                    particles_inout.velocity[axis, i] = back[1]

@@ -1,0 +1,176 @@
+"""Native loops of flocks for the CPU, beside the plain kernels whose bits they share.
+
+Up to 16 boids of one row of cells are lanes: the neighbors of all of them come one by one, and each lane meets its own in the order of
+the plain kernel. Whoever is out of a lane's reach or view adds zero, which changes no bit, so neither the grouping into lanes nor the
+parts do. As in pairwise_loops.py.
+"""
+
+import warp as wp
+
+from warpsim.kernels.domain import PERIODIC, bucket_in, cell_in, folded, layout_in, run_in
+from warpsim.kernels.flock import (
+    Crowd,
+    Rules,
+    attends,
+    crowding,
+    flock_force,
+    gather_company,
+    no_company,
+    part_coincident,
+    view_limit,
+    within_reach,
+)
+from warpsim.kernels.grid import FINE, LONGEST_RUN, Grid, finite
+from warpsim.kernels.loops import share, snippet
+from warpsim.kernels.planar import read3, write3
+
+LONGEST_SPAN = 32  # cells between the first and the last of the lanes
+assert LONGEST_SPAN + 2 * FINE + 1 <= LONGEST_RUN
+
+MARK = """
+    const int S = position.shape[1];
+    const float *P = position.data;
+    const auto domain = crowd.domain.data[0];
+    const auto layout = $layout_in(grid, crowd.count, domain);
+    const int nobody = (int)layout.mask + 1;
+    for (int i = begin; i < end; ++i) {
+        const vec x(P[i], P[i + S], P[i + 2 * S]);
+        bucket.data[i] = $finite(x) ? $bucket_in(x, domain, layout) : nobody;
+    }
+"""
+
+
+@wp.func_native(snippet(MARK, layout_in, finite, bucket_in))
+def mark_range(begin: int, end: int, crowd: Crowd, position: wp.array2d[float], grid: Grid, bucket: wp.array[int]):
+    """Note the buckets of a range of boids."""
+    layout = layout_in(grid, crowd.count, crowd.domain[0])
+    for i in range(begin, end):
+        x = read3(position, i)
+        bucket[i] = int(layout.mask) + 1
+        if finite(x) == 1:
+            bucket[i] = bucket_in(x, crowd.domain[0], layout)
+
+
+@wp.kernel(enable_backward=False)
+def mark_flock(part: int, part_count: int, crowd: Crowd, position: wp.array2d[float], grid_out: Grid):
+    """Note the buckets of one part of the boids."""
+    cut = share(part + wp.tid(), part_count, crowd.count)
+    mark_range(cut[0], cut[1], crowd, position, grid_out, grid_out.bucket)
+
+
+ACCUMULATE = """
+    constexpr int B = 16, FINE = @FINE@, SPAN = @SPAN@;
+    const int S = mine.sorted.shape[1], Q = theirs.sorted.shape[1], T = steering.shape[1];
+    const float *MX = mine.sorted.data, *MY = MX + S, *MZ = MY + S, *MU = MZ + S, *MV = MU + S, *MW = MV + S;
+    const float *PX = theirs.sorted.data, *PY = PX + Q, *PZ = PY + Q, *PU = PZ + Q, *PV = PU + Q, *PW = PV + Q;
+    const auto rule = rules.data[0];
+    const auto domain = theirs.domain.data[0];
+    const auto layout = $layout_in(theirs.grid, theirs.count, domain);
+    const int nobody = mine.grid.begin.data[(int)$layout_in(mine.grid, mine.count, mine.domain.data[0]).mask + 1];
+    const float reach2 = rule.reach2, sr2 = rule.separation_reach2, cr2 = rule.cohesion_reach2, ar2 = rule.alignment_reach2;
+    const float closest = rule.closest, ex = domain.size[0], ey = domain.size[1], ez = domain.size[2];
+    const float rx = domain.rate[0], ry = domain.rate[1], rz = domain.rate[2];
+    float X[3][B], V[3][B], L[B], APART[3][B], WAY[3][B], COURSE[3][B], COHERENT[B], ALIGNED[B], COUNT[B], SAME[B];
+    int K[B];
+    wp::vec_t<3, int> C[B];
+    #define LANES for (int l = 0; l < B; ++l)
+    #define SCAN(FOLD) for (int j = from; j < to; ++j) { \\
+        const float x = PX[j], y = PY[j], z = PZ[j], u = PU[j], v = PV[j], w = PW[j]; \\
+        LANES { \\
+            float a = x - X[0][l], b = y - X[1][l], c = z - X[2][l]; \\
+            FOLD \\
+            const float d2 = a * a + b * b + c * c, q = a * V[0][l] + b * V[1][l] + c * V[2][l]; \\
+            const float m = $attends(d2, q, L[l], reach2) * (j == K[l] ? 0.0f : 1.0f); \\
+            const float g = m * $within_reach(d2, sr2) * $crowding(d2, closest); \\
+            const float f = m * $within_reach(d2, cr2), h = m * $within_reach(d2, ar2); \\
+            APART[0][l] -= a * g; APART[1][l] -= b * g; APART[2][l] -= c * g; \\
+            WAY[0][l] += a * f; WAY[1][l] += b * f; WAY[2][l] += c * f; \\
+            COURSE[0][l] += u * h; COURSE[1][l] += v * h; COURSE[2][l] += w * h; \\
+            COHERENT[l] += f; ALIGNED[l] += h; COUNT[l] += m; \\
+            SAME[l] += m * (d2 == 0.0f ? 1.0f : 0.0f); \\
+        } }
+    int k = begin;
+    for (const int stop = end < nobody ? end : nobody; k < stop;) {
+        LANES {
+            const int m = k + l < stop ? k + l : stop - 1;
+            X[0][l] = MX[m]; X[1][l] = MY[m]; X[2][l] = MZ[m];
+            V[0][l] = MU[m]; V[1][l] = MV[m]; V[2][l] = MW[m];
+            L[l] = $view_limit(rule.cosine, MU[m] * MU[m] + MV[m] * MV[m] + MW[m] * MW[m]);
+            C[l] = $cell_in(vec(MX[m], MY[m], MZ[m]), domain, layout);
+            K[l] = own ? k + l : -1;
+            for (int c = 0; c < 3; ++c) APART[c][l] = WAY[c][l] = COURSE[c][l] = 0.0f;
+            COHERENT[l] = ALIGNED[l] = COUNT[l] = SAME[l] = 0.0f;
+        }
+        int n = 1;
+        while (n < B && k + n < stop && (wp::uint32)C[n][0] - (wp::uint32)C[0][0] <= (wp::uint32)SPAN && C[n][1] == C[0][1]
+               && C[n][2] == C[0][2]) ++n;
+        for (int l = n; l < B; ++l) for (int c = 0; c < 3; ++c) { X[c][l] = X[c][0]; V[c][l] = V[c][0]; }
+        int far = C[0][0];
+        for (int l = 1; l < n; ++l) if ((wp::uint32)C[l][0] - (wp::uint32)C[0][0] > (wp::uint32)far - (wp::uint32)C[0][0]) far = C[l][0];
+        const int length = (int)((wp::uint32)far - (wp::uint32)C[0][0]) + 2 * FINE + 1;
+        for (int part = 0; part < 18; ++part) {
+            const auto ends = $run_in(theirs.grid, C[0], part / 2, length, part % 2, domain, layout);
+            const int from = ends[0], to = ends[1];
+            if (domain.boundary == @PERIODIC@) {
+                SCAN(a = $folded(a, ex, rx); b = $folded(b, ey, ry); c = $folded(c, ez, rz);)
+            } else {
+                SCAN()
+            }
+        }
+        for (int l = 0; l < n; ++l) {
+            const int i = mine.grid.order.data[k + l];
+            auto company = $no_company();
+            company.apart = vec(APART[0][l], APART[1][l], APART[2][l]);
+            company.way = vec(WAY[0][l], WAY[1][l], WAY[2][l]);
+            company.course = vec(COURSE[0][l], COURSE[1][l], COURSE[2][l]);
+            company.coherent = COHERENT[l]; company.aligned = ALIGNED[l];
+            if (SAME[l] > 0.0f) company.apart = company.apart
+                + $part_coincident(vec(X[0][l], X[1][l], X[2][l]), k + l, own, i, C[l], theirs, domain, layout, rule);
+            const vec f = $flock_force(vec(V[0][l], V[1][l], V[2][l]), company, rule);
+            for (int c = 0; c < 3; ++c) steering.data[i + (size_t)c * T] += f[c];
+            neighbors.data[i] += (int)COUNT[l];
+        }
+        k += n;
+    }
+"""
+FORMULAS = (attends, within_reach, crowding, view_limit, flock_force, folded, layout_in, cell_in, run_in, part_coincident, no_company)
+ACCUMULATE = ACCUMULATE.replace("@FINE@", str(FINE)).replace("@SPAN@", str(LONGEST_SPAN)).replace("@PERIODIC@", str(PERIODIC))
+
+
+@wp.func_native(snippet(ACCUMULATE.replace("\n    #define", "\n#define"), *FORMULAS) + "#undef LANES\n#undef SCAN\n")
+def accumulate_range(
+    begin: int,
+    end: int,
+    own: int,
+    rules: wp.array[Rules],
+    mine: Crowd,
+    theirs: Crowd,
+    steering: wp.array2d[float],
+    neighbors: wp.array[int],
+):
+    """Add what their neighbors make the boids at the places begin … end − 1 do."""
+    layout = layout_in(theirs.grid, theirs.count, theirs.domain[0])
+    mask = layout_in(mine.grid, mine.count, mine.domain[0]).mask
+    for k in range(begin, end):
+        if k < mine.grid.begin[int(mask) + 1]:
+            i = mine.grid.order[k]
+            company = gather_company(k, i, own, rules[0], mine, theirs, layout)
+            v = wp.vec3(mine.sorted[3, k], mine.sorted[4, k], mine.sorted[5, k])
+            write3(steering, i, read3(steering, i) + flock_force(v, company, rules[0]))
+            neighbors[i] = neighbors[i] + int(company.count)
+
+
+@wp.kernel(enable_backward=False)
+def accumulate_flock(
+    part: int,
+    part_count: int,
+    own: int,
+    rules: wp.array[Rules],
+    mine: Crowd,
+    theirs: Crowd,
+    steering_inout: wp.array2d[float],
+    neighbors_inout: wp.array[int],
+):
+    """Add what their neighbors make one part of the boids do [N], and count them."""
+    cut = share(part + wp.tid(), part_count, mine.count)
+    accumulate_range(cut[0], cut[1], own, rules, mine, theirs, steering_inout, neighbors_inout)

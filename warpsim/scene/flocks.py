@@ -1,0 +1,138 @@
+"""Flocks: boids that see their neighbors and steer by them."""
+
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field, model_validator
+
+from warpsim.scene.assets import asset_path
+from warpsim.scene.base import Mistake, Number, ShortSpec, Spec, Truth, Vec3, WholeNumber, form_by_key, mistakes, one_of_forms
+from warpsim.scene.look import Look
+from warpsim.scene.particles import Drag, Feels, StokesDrag, System
+
+Distance = Annotated[Number, Field(gt=0.0, le=1e9)]
+Speed = Annotated[Number, Field(ge=0.0, le=1e9)]
+FlockCoupling = one_of_forms({"alpha": Drag, "viscosity": StokesDrag}, lambda value: form_by_key(value, ("alpha", "viscosity")))
+
+
+class Domain(Spec):
+    """A box that a flock starts in. An axis of no extent does not exist: the flock is two-dimensional, or one."""
+
+    min: Vec3 = Field(description="Corner with the least coordinates [m].")
+    max: Vec3 = Field(description="Corner with the greatest [m].")
+    boundary: Literal["none", "contain", "periodic"] = Field(
+        "none", description="What its borders do: nothing, throw boids back, or let them come in on the other side."
+    )
+
+    @property
+    def size(self) -> tuple[float, float, float]:
+        """Its edges [m]."""
+        return tuple(high - low for low, high in zip(self.min, self.max, strict=True))
+
+    @model_validator(mode="after")
+    def _corners_in_order(self):
+        found = [
+            Mistake(("max", axis), f"must not be below min, {self.max[axis]:g} < {self.min[axis]:g}", ("min", "max"))
+            for axis in range(3)
+            if self.max[axis] < self.min[axis]
+        ]
+        if found:
+            raise mistakes(found)
+        return self
+
+
+class Perception(Spec):
+    """Whom a boid sees."""
+
+    radius: Distance = Field(description="How far [m].")
+    field_of_view: Annotated[Number, Field(ge=0.0, le=360.0)] = Field(360.0, description="The full angle round its heading [degrees].")
+
+
+class Rule(ShortSpec):
+    """A rule of the flock. A bare number is its weight."""
+
+    shorthand: ClassVar[str] = "weight"
+    weight: Annotated[Number, Field(ge=-1e9, le=1e9)] = Field(description="Factor of the rule's force; negative: the other way round.")
+    radius: Distance | None = Field(None, description="Within which neighbors count; absent: all that it sees [m].")
+
+
+class Start(Spec):
+    """Where boids are at the beginning, and how fast."""
+
+    file: asset_path(".npz") | None = Field(None, description="A file with position and velocity, (count, 3) each; absent: at random.")
+    speed: Speed | None = Field(None, description="At random headings; absent: the middle of the band of speeds, else 1 [m/s].")
+    seed: Annotated[WholeNumber, Field(ge=0, le=2**32 - 1)] = Field(0, description="Another one gives other places and headings [1].")
+
+    @model_validator(mode="after")
+    def _one_way(self):
+        if self.file is not None and self.speed is not None:
+            raise mistakes([Mistake(("speed",), "the file gives velocities: leave speed out", ("file", "speed"))])
+        return self
+
+
+class FlockFeels(Feels):
+    """Which parts of the environment act on a flock: all but gravity, which its wings or fins hold up."""
+
+    gravity: Truth = Field(False, description="Whether gravity acts.")
+
+
+class Flock(System):
+    """Boids: F = separation sum (Pi - Pj)/|Pi - Pj|^2 + cohesion (centroid - Pi) + alignment (mean v - vi) over the neighbors seen."""
+
+    type: Literal["flock"] = Field("flock", description="Kind of system.")
+    count: Annotated[WholeNumber, Field(ge=0, le=2**24)] = Field(description="Number of boids [1].")
+    domain: Domain | None = Field(None, description="The box they start in, and what its borders do; absent: start needs a file.")
+    perception: Perception = Field(description="Whom a boid sees.")
+    separation: Rule = Field(Rule(weight=1.0), description="Away from neighbors, the more the nearer: a weight, or {weight, radius}.")
+    cohesion: Rule = Field(Rule(weight=1.0), description="Toward the centroid of the neighbors: a weight, or {weight, radius}.")
+    alignment: Rule = Field(Rule(weight=1.0), description="Toward the neighbors' mean velocity: a weight, or {weight, radius}.")
+    speed: tuple[Speed, Speed] | None = Field(None, description="Least and greatest speed; absent: any [m/s].")
+    max_force: Annotated[Number, Field(gt=0.0, le=1e12)] | None = Field(None, description="Most steering force; absent: any [N].")
+    turn_rate: Annotated[Number, Field(gt=0.0, le=1e9)] | None = Field(
+        None, description="Fastest turn of the heading; absent: any [deg/s]."
+    )
+    mass: Annotated[Number, Field(ge=1e-12, le=1e12)] = Field(1.0, description="Of a boid [kg].")
+    radius: Annotated[Number, Field(gt=0.0, le=1e6)] = Field(0.05, description="Of a boid, for drag by viscosity [m].")
+    thickness: Annotated[Number, Field(ge=0.0, le=1e6)] = Field(0.0, description="How far boids are kept from colliders [m].")
+    coupling: FlockCoupling | None = Field(None, description="Drag of the flow: {alpha: kg/s} or {viscosity: Pa s}; absent: no effect.")
+    start: Start = Field(Start(), description="Where boids are at the beginning.")
+    feels: FlockFeels = Field(FlockFeels(), description="What acts on the flock.")
+    look: Look = Field(Look(), description="How it is drawn.")
+
+    @property
+    def method(self) -> str:
+        """The solver in effect."""
+        return "semi_implicit_euler"
+
+    @property
+    def rules(self) -> dict[str, Rule]:
+        """The three rules by name."""
+        return {key: getattr(self, key) for key in ("separation", "cohesion", "alignment")}
+
+    @model_validator(mode="after")
+    def _parts_fit(self):
+        found = []
+        if self.domain is None and self.start.file is None:
+            found.append(Mistake((), "a flock needs a domain to start in, or start: {file: …}", ("domain", "start")))
+        if self.speed is not None and self.speed[1] < self.speed[0]:
+            found.append(Mistake(("speed", 1), f"the greatest speed is below the least, {self.speed[1]:g} < {self.speed[0]:g}", ("speed",)))
+        for key, rule in self.rules.items():
+            if rule.radius is not None and rule.radius > self.perception.radius:
+                words = f"nobody farther than perception.radius, {self.perception.radius:g} m, is seen"
+                found.append(Mistake((key, "radius"), words, ("perception", key)))
+        found += _fold_mistakes(self)
+        if found:
+            raise mistakes(found)
+        return self
+
+
+def _fold_mistakes(flock: Flock) -> list[Mistake]:
+    """Return a mistake for each axis of a periodic domain that a boid could look round: it would see the same neighbor twice."""
+    if flock.domain is None or flock.domain.boundary != "periodic":
+        return []
+    shortest = min((edge for edge in flock.domain.size if edge > 0.0), default=0.0)
+    if shortest == 0.0:
+        return [Mistake(("domain", "max"), "a periodic domain has an extent along one axis at least", ("domain",))]
+    if flock.perception.radius > 0.5 * shortest:
+        words = f"sees round a periodic domain of {shortest:g} m: at most half of it, {0.5 * shortest:g}"
+        return [Mistake(("perception", "radius"), words, ("domain", "perception"))]
+    return []
