@@ -49,3 +49,14 @@ def forces(x: np.ndarray, v: np.ndarray, rules: Rules) -> np.ndarray:
         if len(near["alignment"]):
             total[i] += rules.weights["alignment"] * (v[near["alignment"]].mean(axis=0) - v[i])
     return total
+
+
+def step(x: np.ndarray, v: np.ndarray, rules: Rules, h: float, mass: float, band: tuple, low: np.ndarray, size: np.ndarray) -> tuple:
+    """Return x and v after a substep: v ← v + h F/m within the band of speeds, x ← x + h v, thrown back by the walls of a box."""
+    v = v + h * forces(x, v, rules) / mass
+    speed = np.linalg.norm(v, axis=1)
+    v = v * (np.clip(speed, *band) / speed)[:, None]
+    x = x + h * v
+    below, above = x < low, x > low + size
+    v = np.where(below, np.abs(v), np.where(above, -np.abs(v), v))
+    return np.where(below, 2 * low - x, np.where(above, 2 * (low + size) - x, x)), v

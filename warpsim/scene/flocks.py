@@ -104,6 +104,11 @@ class Flock(System):
         return "semi_implicit_euler"
 
     @property
+    def point_count(self) -> int:
+        """How many boids there are."""
+        return self.count
+
+    @property
     def rules(self) -> dict[str, Rule]:
         """The three rules by name."""
         return {key: getattr(self, key) for key in ("separation", "cohesion", "alignment")}

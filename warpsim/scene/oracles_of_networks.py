@@ -1,40 +1,43 @@
-"""Oracles of networks: where a point of springs or cloth is, in what time it swings, how far all of it reaches, and what is like what."""
+"""Oracles of networks and flocks: where a point of springs or cloth is, in what time it swings, how far all of it reaches, and what is like what."""
 
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from warpsim.scene.base import Direction, Mistake, Name, Vec3, WholeNumber, mistakes
+from warpsim.scene.flocks import Flock
 from warpsim.scene.nearest import listed, nearest
 from warpsim.scene.oracles import AT, Bounded, FrameTime, Oracle, Spec
 from warpsim.scene.oracles_of_motion import Expected3
 from warpsim.scene.springs import Network
 from warpsim.scene.strengths import Strength
 
+LASTING = (Network, Flock)  # their points keep their numbers
 FROM = "Beginning of what is looked at [s]."
 
 
 def network_misfits(key: str, name: str, scene) -> list[Mistake]:
-    """Return the mistake if the scene has no network of that name."""
-    if isinstance(scene.systems.get(name), Network):
+    """Return the mistake if the scene has no network or flock of that name."""
+    if isinstance(scene.systems.get(name), LASTING):
         return []
-    names = [name for name, spec in scene.systems.items() if isinstance(spec, Network)]
-    return [Mistake((key,), f'there is no network "{name}" (networks: {listed(names) or "none"})', ("systems",), nearest(name, names))]
+    names = [name for name, spec in scene.systems.items() if isinstance(spec, LASTING)]
+    words = f'there is no network or flock "{name}" (there are: {listed(names) or "none"})'
+    return [Mistake((key,), words, ("systems",), nearest(name, names))]
 
 
 class OfNetwork(Bounded):
-    """A network."""
+    """A network, or a flock."""
 
-    system: Name = Field(description="The network.")
+    system: Name = Field(description="The network or flock.")
 
     def misfits(self, scene) -> list[Mistake]:
         return network_misfits("system", self.system, scene)
 
 
 class OfPoint(OfNetwork):
-    """A point of a network."""
+    """A point of a network, or a boid."""
 
-    point: Annotated[WholeNumber, Field(ge=0)] = Field(description="Number of the point, from 0 [1].")
+    point: Annotated[WholeNumber, Field(ge=0)] = Field(description="Number of the point or boid, from 0 [1].")
 
     def misfits(self, scene) -> list[Mistake]:
         if found := super().misfits(scene):
@@ -59,7 +62,7 @@ class Span(Spec):
 
 
 class PlaceOracle(OfPoint, Oracle):
-    """Where a point of a network is."""
+    """Where a point of a network, or a boid, is."""
 
     type: Literal["place"] = Field("place", description="Kind of oracle.")
     at: FrameTime = Field(description=AT)
@@ -76,7 +79,7 @@ class PeriodOracle(OfPoint, Span, Oracle):
 
 
 class ReachOracle(OfNetwork, Oracle):
-    """How far a network reaches along a direction n: the largest x·n of its points. Downward it is minus the height of the lowest."""
+    """How far a network or flock reaches along a direction n: the largest x·n of its points. Downward it is minus the height of the lowest."""
 
     type: Literal["reach"] = Field("reach", description="Kind of oracle.")
     direction: Direction = Field(description="n, of any length [1].")
