@@ -41,7 +41,7 @@ MARK = """
 
 
 @wp.func_native(snippet(MARK, layout_in, finite, bucket_in))
-def mark_range(begin: int, end: int, crowd: Crowd, position: wp.array2d[float], grid: Grid, bucket: wp.array[int]):
+def mark_flock_range(begin: int, end: int, crowd: Crowd, position: wp.array2d[float], grid: Grid, bucket: wp.array[int]):
     """Note the buckets of a range of boids."""
     layout = layout_in(grid, crowd.count, crowd.domain[0])
     for i in range(begin, end):
@@ -55,7 +55,7 @@ def mark_range(begin: int, end: int, crowd: Crowd, position: wp.array2d[float], 
 def mark_flock(part: int, part_count: int, crowd: Crowd, position: wp.array2d[float], grid_out: Grid):
     """Note the buckets of one part of the boids."""
     cut = share(part + wp.tid(), part_count, crowd.count)
-    mark_range(cut[0], cut[1], crowd, position, grid_out, grid_out.bucket)
+    mark_flock_range(cut[0], cut[1], crowd, position, grid_out, grid_out.bucket)
 
 
 ACCUMULATE = """
@@ -138,7 +138,7 @@ ACCUMULATE = ACCUMULATE.replace("@FINE@", str(FINE)).replace("@SPAN@", str(LONGE
 
 
 @wp.func_native(snippet(ACCUMULATE.replace("\n    #define", "\n#define"), *FORMULAS) + "#undef LANES\n#undef SCAN\n")
-def accumulate_range(
+def accumulate_flock_range(
     begin: int,
     end: int,
     own: int,
@@ -173,4 +173,4 @@ def accumulate_flock(
 ):
     """Add what their neighbors make one part of the boids do [N], and count them."""
     cut = share(part + wp.tid(), part_count, mine.count)
-    accumulate_range(cut[0], cut[1], own, rules, mine, theirs, steering_inout, neighbors_inout)
+    accumulate_flock_range(cut[0], cut[1], own, rules, mine, theirs, steering_inout, neighbors_inout)

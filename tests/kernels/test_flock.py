@@ -35,7 +35,6 @@ def configurations():
 
 def brute_force(x, v, domain, view, reach=1.0):
     """By the float32 arithmetic of the kernels, so that one at the very reach is judged the same."""
-    size = np.array(domain["max"], np.float32) - np.array(domain["min"], np.float32)
     size = np.array([b - a for a, b in zip(domain["min"], domain["max"], strict=True)]).astype(np.float32)
     rate = np.where(size > 0, np.float32(1) / np.where(size > 0, size, 1).astype(np.float32), 0).astype(np.float32)
     cosine = np.float32(np.cos(np.radians(0.5 * view))) if view < 360 else np.float32(-2)
@@ -48,7 +47,8 @@ def brute_force(x, v, domain, view, reach=1.0):
         q = d[:, 0] * v[i, 0] + d[:, 1] * v[i, 1] + d[:, 2] * v[i, 2]
         v2 = v[i, 0] * v[i, 0] + v[i, 1] * v[i, 1] + v[i, 2] * v[i, 2]
         limit = np.float32(-1e37) if cosine < -1 else cosine * abs(cosine) * v2
-        seen = (d2 < np.float32(reach**2)) & (q * np.abs(q) >= limit * d2)
+        with np.errstate(over="ignore"):
+            seen = (d2 < np.float32(reach**2)) & (q * np.abs(q) >= limit * d2)
         seen[i] = False
         found.append(set(np.flatnonzero(seen).tolist()))
     return found

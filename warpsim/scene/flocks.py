@@ -51,7 +51,7 @@ class Rule(ShortSpec):
     """A rule of the flock. A bare number is its weight."""
 
     shorthand: ClassVar[str] = "weight"
-    weight: Annotated[Number, Field(ge=-1e9, le=1e9)] = Field(description="Factor of the rule's force; negative: the other way round.")
+    weight: Annotated[Number, Field(ge=-1e9, le=1e9)] = Field(description="Factor of the rule's force; negative: the other way round [1].")
     radius: Distance | None = Field(None, description="Within which neighbors count; absent: all that it sees [m].")
 
 
