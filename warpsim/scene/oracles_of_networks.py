@@ -1,4 +1,4 @@
-"""Oracles of networks and flocks: where a point of springs or cloth is, in what time it swings, how far all of it reaches, and what is like what."""
+"""Oracles of networks and flocks: where a point is, in what time it swings, how far all of it reaches, and what is like what."""
 
 from typing import Annotated, Literal
 
@@ -79,7 +79,7 @@ class PeriodOracle(OfPoint, Span, Oracle):
 
 
 class ReachOracle(OfNetwork, Oracle):
-    """How far a network or flock reaches along a direction n: the largest x·n of its points. Downward it is minus the height of the lowest."""
+    """How far a network or flock reaches along a direction n: the largest x·n of its points. Downward: minus the lowest height."""
 
     type: Literal["reach"] = Field("reach", description="Kind of oracle.")
     direction: Direction = Field(description="n, of any length [1].")
