@@ -1,6 +1,7 @@
 """Obstacles of the flow: bodies that turn it aside by images of its primitives (potential theory), and what has no such image."""
 
 import math
+from abc import abstractmethod
 from typing import Any, ClassVar, Literal
 
 from pydantic import Field
@@ -25,13 +26,13 @@ class Obstacle(Spec):
     answerable: ClassVar[frozenset[str]]
     """Types of the flow primitives that have an exact image."""
 
+    @abstractmethod
     def misfit(self, primitive: Any) -> tuple[str, str] | None:
         """Return the field of a primitive of an answerable type that keeps it from having an image, and why; None if it has one."""
-        raise NotImplementedError
 
+    @abstractmethod
     def encloses(self, place: Vec3) -> bool:
         """Tell whether a place is inside, where nothing flows."""
-        raise NotImplementedError
 
 
 class Cylinder(Obstacle):

@@ -1,6 +1,7 @@
 """Measurers of births: one emitter alone, each newborn looked at in the frame in which it is born, and then forgotten."""
 
 import math
+from abc import abstractmethod
 
 import numpy as np
 
@@ -47,9 +48,9 @@ class BirthMeasurer(StoryMeasurer):
         if fresh.any():
             self.take(frame, fresh, moments)
 
+    @abstractmethod
     def take(self, frame, fresh: np.ndarray, moments: np.ndarray) -> None:
         """Take the newborn, chosen by `fresh` (n,), born at `moments` (n,) [s]."""
-        raise NotImplementedError
 
 
 class CountMeasurer(BirthMeasurer):

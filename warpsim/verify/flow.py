@@ -1,5 +1,7 @@
 """Measurers of the flow: the probes of warpsim/probes.py at the oracle's place and moment."""
 
+from abc import abstractmethod
+
 import numpy as np
 
 from warpsim.verify.amounts import expected_at
@@ -15,9 +17,9 @@ class _Probed(FlowMeasurer):
     def probe(self, flow) -> None:
         self._measured = self.measure(flow, self.oracle)
 
+    @abstractmethod
     def measure(self, flow, oracle) -> Quantity:
         """Return the quantity."""
-        raise NotImplementedError
 
     def reading(self) -> Reading:
         return Reading(self._measured, expected_at(self.oracle.expect, self.oracle.at), remark=self.remark())

@@ -1,6 +1,7 @@
 """Measurers of motion: a test particle under a system's laws, or all of a system's particles, against the laws of laws.py."""
 
 import math
+from abc import abstractmethod
 from dataclasses import replace
 
 import numpy as np
@@ -61,13 +62,13 @@ class ParticleMeasurer(StoryMeasurer):
         expected = expected_at(self.oracle.expect, self.time)
         return Reading(self.measured(), self.theory(self.time - self.oracle.release) if expected is None else expected)
 
+    @abstractmethod
     def measured(self) -> float | np.ndarray:
         """Return the quantity at the moment of measuring."""
-        raise NotImplementedError
 
+    @abstractmethod
     def theory(self, t: float) -> float | np.ndarray:
         """Return what the law says so long after the release [s]."""
-        raise NotImplementedError
 
 
 class TerminalSpeedMeasurer(ParticleMeasurer):

@@ -1,6 +1,7 @@
 """Measurers of the scene's own particles."""
 
 import math
+from abc import abstractmethod
 from collections.abc import Hashable
 
 import numpy as np
@@ -95,9 +96,9 @@ class TogetherMeasurer(SceneMeasurer):
         expected = self.theory(before, early, late) if expected is None else expected
         return Reading(self.measure(after, late), expected, remark=f"of {len(common)} particles")
 
+    @abstractmethod
     def measure(self, state: dict[str, np.ndarray], time: float) -> float | np.ndarray:
         """Return the quantity of particles."""
-        raise NotImplementedError
 
     def theory(self, state: dict[str, np.ndarray], early: float, late: float) -> float | np.ndarray:
         """Return what the law makes of the particles' state at the release."""
