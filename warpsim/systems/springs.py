@@ -36,20 +36,25 @@ class Springs(NetworkSystem):
         return {key: self.packed.values(value) for key, value in values}
 
     def pull(self, moment: int) -> Iterator[Stage]:
-        """Yield the stage that sums the springs of every point."""
+        """Yield the stages that sum the springs of every point, and add what the flow does to the surface."""
         inputs = (self.network, self.particles, self.internal)
         yield Stage("springs", springs.accumulate_springs, self.population.capacity, inputs, spring_loops.accumulate_springs)
+        yield from self._facets(moment)
+
+    def wind(self, moment: int) -> Iterator[Stage]:
+        """Yield the stages that store what the flow alone does to the surface."""
+        yield from super().wind(moment)
+        yield from self._facets(moment)
+
+    def _facets(self, moment: int) -> Iterator[Stage]:
+        if self._water:
+            yield from self._water.forces(moment)
 
     def stages(self, native: bool) -> Iterator[Stage]:
         """Yield the frame's stages; nothing here waits for the device."""
         if self._water:
             yield from self._water.stages()
         yield from super().stages(native)
-
-    def wind(self, moment: int) -> Iterator[Stage]:
-        """Yield the stages that add what the flow does to the surface."""
-        if self._water:
-            yield from self._water.forces(moment)
 
     def change(self, spec, scene: Scene, environment: Environment) -> None:
         """Take the numbers of another spec of the same structure, in place."""
