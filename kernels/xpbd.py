@@ -10,7 +10,7 @@ opposite impulses along the spring. Source: Macklin, Müller & Chentanez 2016; M
 
 import warp as wp
 
-from warpsim.kernels.cloth import Sheet
+from warpsim.kernels.cloth import STEPS, Sheet
 from warpsim.kernels.elementary import mean_decay
 from warpsim.kernels.emission import Particles
 from warpsim.kernels.environment import Environment, drag_rate
@@ -22,21 +22,21 @@ from warpsim.kernels.springs import SHORTEST, SpringTable
 # others those of rows 4q + 2 … 4q + 5, so that a native loop takes strips of four rows through several colors at once.
 ALONG, DOWN = 0, 1
 SHEET_COLORS = (
-    (0, ALONG, (0, 2)),
-    (0, ALONG, (1, 3)),
-    (8, ALONG, (0, 1)),
-    (8, ALONG, (2, 3)),
-    (2, DOWN, (0, 2)),
-    (4, DOWN, (0, 2)),
-    (7, DOWN, (0, 2)),
-    (2, DOWN, (1,)),
-    (4, DOWN, (1,)),
-    (7, DOWN, (1,)),
-    (10, DOWN, (0, 1)),
-    (2, DOWN, (3,)),
-    (4, DOWN, (3,)),
-    (7, DOWN, (3,)),
-    (10, DOWN, (2, 3)),
+    (STEPS.index((1, 0)), ALONG, (0, 2)),
+    (STEPS.index((1, 0)), ALONG, (1, 3)),
+    (STEPS.index((2, 0)), ALONG, (0, 1)),
+    (STEPS.index((2, 0)), ALONG, (2, 3)),
+    (STEPS.index((0, 1)), DOWN, (0, 2)),
+    (STEPS.index((1, 1)), DOWN, (0, 2)),
+    (STEPS.index((-1, 1)), DOWN, (0, 2)),
+    (STEPS.index((0, 1)), DOWN, (1,)),
+    (STEPS.index((1, 1)), DOWN, (1,)),
+    (STEPS.index((-1, 1)), DOWN, (1,)),
+    (STEPS.index((0, 2)), DOWN, (0, 1)),
+    (STEPS.index((0, 1)), DOWN, (3,)),
+    (STEPS.index((1, 1)), DOWN, (3,)),
+    (STEPS.index((-1, 1)), DOWN, (3,)),
+    (STEPS.index((0, 2)), DOWN, (2, 3)),
 )
 STRIP_COLORS = 11
 

@@ -8,7 +8,7 @@ import warp as wp
 
 from warpsim.coloring import greedy, of_sheet, runs
 from warpsim.integrators import SECOND_ORDER_FORM
-from warpsim.kernels import cloth, xpbd, xpbd_loops
+from warpsim.kernels import cloth, points, xpbd, xpbd_loops
 from warpsim.launch import Stage
 from warpsim.networks import spring_numbers
 from warpsim.systems.pairs import substep_of
@@ -54,7 +54,7 @@ class Xpbd(NetworkSolver):
 
     def _outer_forces(self) -> bool:
         """Return whether something besides springs acts within the network, and let the points feel it."""
-        acts = len(list(self.system.outer_forces(0))) > 1  # the first clears the sum
+        acts = any(stage.kernel is not points.clear_internal for stage in self.system.outer_forces(0))
         if acts:
             self.system.particles.internal = self.system.internal
         return acts
@@ -87,17 +87,17 @@ class Xpbd(NetworkSolver):
         projection.order = wp.array(coloring.order, dtype=int, device=system.device)
         projection.begin = wp.array(coloring.begin, dtype=int, device=system.device)
         memory, sizes = self._multipliers(len(coloring.order)), np.diff(coloring.begin).tolist()
-        points, sweep, damping = (system.clock, memory, system.particles), [[] for _ in range(self._turns)], []
+        moved, sweep, damping = (system.clock, memory, system.particles), [[] for _ in range(self._turns)], []
         for color, end in runs(sizes, WORTH_A_LAUNCH[system.native]):
             if end - color > 1 or sizes[color] < WORTH_A_LAUNCH[system.native]:
                 loops = xpbd_loops if system.native else xpbd
                 for turn, stages in enumerate(sweep):
-                    inputs = (color, end, turn, projection, table, *points)
+                    inputs = (color, end, turn, projection, table, *moved)
                     stages.append(Stage("springs", loops.project_colors, 1, inputs))
                 damping.append(Stage("damping", loops.damp_colors, 1, (color, end, projection, table, system.clock, system.particles)))
                 continue
             for turn, stages in enumerate(sweep):
-                inputs = (color, turn, projection, table, *points)
+                inputs = (color, turn, projection, table, *moved)
                 stages.append(Stage("springs", xpbd.project_springs, sizes[color], inputs, xpbd_loops.project_springs))
             inputs = (color, projection, table, system.clock, system.particles)
             damping.append(Stage("damping", xpbd.damp_springs, sizes[color], inputs, xpbd_loops.damp_springs))
@@ -112,9 +112,9 @@ class Xpbd(NetworkSolver):
         else:
             colors = [(step, axis, sum(1 << r for r in remainders)) for step, axis, remainders in xpbd.SHEET_COLORS]
             count, loops = sheet.nx * sheet.ny, xpbd
-        points = (system.clock, memory, system.particles)
+        moved = (system.clock, memory, system.particles)
         sweeps = [
-            _stage("springs", loops.project_sheet, count, (*color, turn, projection, sheet, *points), system.native)
+            _stage("springs", loops.project_sheet, count, (*color, turn, projection, sheet, *moved), system.native)
             for turn in range(self._turns)
             for color in colors
         ]
