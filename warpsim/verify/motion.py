@@ -56,6 +56,10 @@ class ParticleMeasurer(StoryMeasurer):
         """Take the particle's place and velocity in the present frame."""
         self.x, self.v, self.time = x, v, simulation.time
 
+
+class StateMeasurer(ParticleMeasurer):
+    """Measures what the test particle has at one moment."""
+
     def reading(self) -> Reading:
         if not hasattr(self, "time"):
             return gone("the test particle")
@@ -66,12 +70,12 @@ class ParticleMeasurer(StoryMeasurer):
     def measured(self) -> float | np.ndarray:
         """Return the quantity at the moment of measuring."""
 
-    @abstractmethod
     def theory(self, t: float) -> float | np.ndarray:
-        """Return what the law says so long after the release [s]."""
+        """Return what the law says so long after the release [s]; nan where there is none and the oracle must say it."""
+        return math.nan
 
 
-class TerminalSpeedMeasurer(ParticleMeasurer):
+class TerminalSpeedMeasurer(StateMeasurer):
     """|v − w|, w the constant wind."""
 
     def measured(self) -> float:
@@ -81,7 +85,7 @@ class TerminalSpeedMeasurer(ParticleMeasurer):
         return laws.terminal_speed(self.body)
 
 
-class RelaxationMeasurer(ParticleMeasurer):
+class RelaxationMeasurer(StateMeasurer):
     """v."""
 
     def measured(self) -> np.ndarray:
@@ -91,7 +95,7 @@ class RelaxationMeasurer(ParticleMeasurer):
         return laws.velocity_after(self.body, t)
 
 
-class ArcMeasurer(ParticleMeasurer):
+class ArcMeasurer(StateMeasurer):
     """x."""
 
     def measured(self) -> np.ndarray:
@@ -171,7 +175,7 @@ def crossing(y0: float, s0: float, t0: float, y1: float, s1: float, t1: float, t
     return t0 + h * 0.5 * (low + high)
 
 
-class BounceHeightMeasurer(ParticleMeasurer):
+class BounceHeightMeasurer(StateMeasurer):
     """d + v²/(2g) along the plane's normal: the height to which it is on its way up, or from which it comes down."""
 
     def __init__(self, oracle, scene):
@@ -198,14 +202,14 @@ class BounceHeightMeasurer(ParticleMeasurer):
         return reading if reading.remark else replace(reading, remark=f"bounces so far: {bounces}")
 
 
-class PositionMeasurer(ParticleMeasurer):
+class PositionMeasurer(StateMeasurer):
     """x; what to expect is always said."""
 
     def measured(self) -> np.ndarray:
         return self.x
 
 
-class EnergyMeasurer(ParticleMeasurer):
+class EnergyMeasurer(StateMeasurer):
     """½ m v² − m g·x and what attractors hold."""
 
     def measured(self) -> float:
@@ -218,7 +222,7 @@ class EnergyMeasurer(ParticleMeasurer):
         return laws.energy(self.oracle, self.scene, x[None], v[None], np.array([self.body.m]), time)
 
 
-class MomentumMeasurer(ParticleMeasurer):
+class MomentumMeasurer(StateMeasurer):
     """m v."""
 
     def measured(self) -> np.ndarray:
