@@ -24,12 +24,12 @@ class Course:
     """float64 (n,): of the wave at each [1]; 0 without a wave."""
 
 
-def courses_of(spec, net: Net, where: str) -> list[Course]:
+def courses_of(spec, net: Net) -> list[Course]:
     """Return the springs of every muscle of a network. Raises SceneError where a chain leaves the springs, or two muscles share one."""
     number = {frozenset(pair): k for k, pair in enumerate(net.springs.tolist())}
     courses, owner, wrong = [], {}, []
     for k, muscle in enumerate(spec.muscles):
-        path = f"{where}.muscles.{k}"
+        path = f"{net.where}.muscles.{k}"
         try:
             course = _course(muscle, spec, net, number)
         except LookupError as error:
@@ -78,10 +78,10 @@ def _along(line, muscle, net: Net, number: dict[frozenset, int]) -> tuple[np.nda
     return springs[chosen], middle[chosen], share[chosen]
 
 
-def shortest_factors(spec, net: Net, where: str) -> np.ndarray:
+def shortest_factors(spec, net: Net) -> np.ndarray:
     """Return the least factor that the rest length of every spring can have, float64 (m,); 0 where an expression decides."""
     least = np.ones(len(net.springs))
-    for muscle, course in zip(spec.muscles, courses_of(spec, net, where), strict=True):
+    for muscle, course in zip(spec.muscles, courses_of(spec, net), strict=True):
         swing = -np.abs(course.amplitude) if muscle.wave else np.full(len(course.springs), _least(muscle.rest) - 1.0)
         least[course.springs] = np.clip(1.0 + _most(muscle.activation) * swing, 0.0, 1.0)
     return least

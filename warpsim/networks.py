@@ -1,6 +1,6 @@
 """Networks: points, springs and triangles as arrays, laid out from lists, generators or mesh files, and packed for kernels."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise, product
 
 import numpy as np
@@ -27,6 +27,9 @@ class Net:
     cells: np.ndarray | None = None
     """int32 (q, 4): the same surface in quadrangles and triangles, which end in −1; None where it is of triangles only."""
 
+    where: str = ""
+    """Its place in the scene, for messages."""
+
     @property
     def facets(self) -> np.ndarray:
         """int32 (q, 4): what of the surface moves as one in a fluid; a triangle's last point is −1."""
@@ -41,9 +44,9 @@ def network_of(spec, where: str) -> Net:
     if spec.type == "cloth":
         return _cloth(spec)
     if spec.generator is None:
-        springs = np.array(spec.springs, np.int32).reshape(-1, 2)
-        return Net(np.array(spec.points, float).reshape(-1, 3), springs, np.array(spec.triangles, np.int32).reshape(-1, 3))
-    net = _LAYOUTS[spec.generator.type](spec.generator, f"{where}.generator")
+        springs, triangles = np.array(spec.springs, np.int32).reshape(-1, 2), np.array(spec.triangles, np.int32).reshape(-1, 3)
+        return Net(np.array(spec.points, float).reshape(-1, 3), springs, triangles, where=where)
+    net = replace(_LAYOUTS[spec.generator.type](spec.generator, f"{where}.generator"), where=where)
     _check_lists(spec, net, where)
     return net
 
@@ -58,6 +61,11 @@ def _check_lists(spec, net: Net, where: str) -> None:
     beyond = [pin for pin in spec.pinned(spec.pins) if pin >= len(net.points)]
     if beyond:
         wrong.append(Problem(f"there is no point {beyond[0]}: the mesh makes {len(net.points)}", path=f"{where}.pins"))
+    for k, muscle in enumerate(spec.muscles):
+        beyond = [n for n in muscle.springs if n >= len(net.springs)] if isinstance(muscle.springs, tuple) else []
+        if beyond:
+            message = f"there is no spring {beyond[0]}: the mesh makes {len(net.springs)}"
+            wrong.append(Problem(message, path=f"{where}.muscles.{k}.springs"))
     if wrong:
         raise SceneError(wrong)
 

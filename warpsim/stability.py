@@ -16,7 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from warpsim.amplification import GROWING, STAGED, largest_growth
-from warpsim.networks import Net, hinge_numbers, network_of, point_masses, spring_numbers
+from warpsim.muscles import shortest_factors
+from warpsim.networks import Net, hinge_numbers, looseness, network_of, point_masses, spring_numbers
 from warpsim.scene import SceneError
 from warpsim.scene.pacing import MOST_SUBSTEPS
 from warpsim.scene.problems import Problem
@@ -147,6 +148,8 @@ def _staged_holds(solver: str, loads: Loads, h: float) -> bool:
 def network_loads(spec, net: Net) -> Loads:
     """Return what a network asks of a method, at its start."""
     stiffness, damping, rest = spring_numbers(spec, net)
+    if getattr(spec, "muscles", ()):
+        rest = rest * shortest_factors(spec, net)
     mass, held = point_masses(spec, net), np.zeros(len(net.points), bool)
     held[spec.pinned(spec.pins)] = True
     length = np.linalg.norm(net.points[net.springs[:, 1]] - net.points[net.springs[:, 0]], axis=1)
@@ -163,7 +166,16 @@ def network_loads(spec, net: Net) -> Loads:
     least = min([least, *(resisting[hinges > 0.0] / hinges[hinges > 0.0])])
     strong = bound(net, stiffness, rest, mass, held) + float(16.0 * hinges.sum() / mass.max())
     damped = bound(net, damping, None, mass, held) + float(16.0 * resisting.sum() / mass.max())
+    if getattr(spec, "water", 0.0) and spec.solver not in UNBOUNDED:
+        damped += water_rate(spec.water, net, np.where(held, 0.0, 1.0 / mass))
     return Loads(strong, damped, least, air, (float(drag.min(initial=np.inf)), float(drag.max())) if drag.size else (0.0, 0.0))
+
+
+def water_rate(water: float, net: Net, inverse_mass: np.ndarray) -> float:
+    """Return a bound of the rate at which a fluid slows a surface [1/s]: the largest κ of kernels/facets.py, at the start."""
+    a, b, c, d = net.points[np.where(net.facets < 0, net.facets[:, [2]], net.facets)].swapaxes(0, 1)
+    area = 0.5 * np.linalg.norm(np.cross(c - a, d - b), axis=1)
+    return float((water * area * looseness(net, inverse_mass)).max(initial=0.0))
 
 
 def bound(net: Net, coefficient: np.ndarray, rest: np.ndarray | None, mass: np.ndarray, held: np.ndarray) -> float:

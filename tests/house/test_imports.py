@@ -21,7 +21,7 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "amplification": "",
     "muscles": "scene networks",
     "flocks": "scene",
-    "stability": "scene networks amplification",
+    "stability": "scene networks amplification muscles",
     "coloring": "kernels",
     "launch": "kernels",
     "population": "kernels",

@@ -84,7 +84,7 @@ class Muscles(Part):
         return np.concatenate(places)
 
     def _courses_now(self) -> list[Course]:
-        return courses_of(self.system.spec, self.system.net, f"systems.{self.system.name}")
+        return courses_of(self.system.spec, self.system.net)
 
     def _lengths(self) -> np.ndarray:
         return spring_numbers(self.system.spec, self.system.net)[2][self._springs].astype(np.float32)
