@@ -23,7 +23,7 @@ from warpsim.kernels.collider import (
     surface_velocity,
 )
 from warpsim.kernels.contact import Touch, along, path_reach, touch_collider
-from warpsim.kernels.response import Flight, begin_flight, begin_slide, bounce, curvature, follows, rub
+from warpsim.kernels.response import Flight, begin_flight, begin_slide, bounce, curvature, follows, grip_factor, rub
 
 MOST_CONTACTS = 12  # in a substep; who has had so many stays where it is until the next
 # A bounce from w to −w under an acceleration a takes 2 w/a; half a kick from rest is none, whatever rounding says.
@@ -55,6 +55,8 @@ class Span:
     rate: float  # shares per second [1/s]
     dt: float  # the whole substep [s]
     h: float  # the path's duration [s]
+    heading: wp.vec3  # unit vector toward the head of the body that the particle belongs to [1]; zero: none
+    grip: wp.vec3  # factors of friction where it slides forward, backward, sideways of that [1]
 
 
 @wp.func
@@ -162,6 +164,9 @@ def resolve_touch(
         pull = a - surface_acceleration(colliders, span.moment, touch.collider, span.dt, pose, f.x)
         pull = pull - wp.cross(pose.spin, wp.quat_rotate(pose.rotation, w)) * 2.0  # Coriolis
     pull = wp.quat_rotate_inv(pose.rotation, pull)
+    if wp.dot(span.heading, span.heading) > 0.0:
+        m = wp.quat_rotate(pose.rotation, w + pull * f.left)
+        c.friction = c.friction * grip_factor(span.heading, span.grip, wp.quat_rotate(pose.rotation, touch.n), m)
     if tracer == 1:
         pull = wp.vec3()
         c.restitution = 0.0

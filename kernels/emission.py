@@ -160,6 +160,8 @@ class Particles:
     impact: wp.array2d[float]  # (10, capacity) of the frame's first impact: place [m], velocity before [m/s], normal, time since [s]
     impact_count: wp.array[int]  # impacts so far
     impact_number: wp.array[int]  # how many there had been before the frame's first
+    heading: wp.array2d[float]  # (3, capacity) unit vector toward the head of the body it belongs to [1], zero: none; not a field
+    grip: wp.array[wp.vec3]  # (1): factors of friction where it slides forward, backward, sideways of that [1]
 
 
 @wp.func

@@ -6,6 +6,7 @@ from warpsim.kernels.collision import Passage, Span, approaches, cross_colliders
 from warpsim.kernels.emission import PUSHED, Particles, count_one
 from warpsim.kernels.environment import Environment
 from warpsim.kernels.integration import Body, Pace
+from warpsim.kernels.planar import read3
 
 
 @wp.func(inline=True)
@@ -63,6 +64,9 @@ def meet_colliders(
     span.rate = 1.0 / pace.dt
     span.dt = pace.dt
     span.h = h
+    if particles_inout.heading.shape[0] > 0:
+        span.heading = read3(particles_inout.heading, i)
+        span.grip = particles_inout.grip[0]
     sticks = particles_inout.contact.shape[0] > 0
     if sticks:
         if particles_inout.contact[i] > 0:

@@ -61,6 +61,17 @@ def rub(w: wp.vec3, impulse: float) -> wp.vec3:
 
 
 @wp.func
+def grip_factor(heading: wp.vec3, grip: wp.vec3, n: wp.vec3, w: wp.vec3) -> float:
+    """Return the factor of friction of a body with bristles that would slide as w: (forward or backward) cos² θ + sideways sin² θ."""
+    e = heading - n * wp.dot(n, heading)
+    along = wp.dot(e, w)
+    t = w - n * wp.dot(n, w)
+    squares = wp.dot(e, e) * wp.dot(t, t)
+    share = wp.min(along * along / wp.max(squares, 1.0e-30), 1.0)  # cos², θ being the angle to the heading in the surface
+    return wp.where(along > 0.0, grip[0], grip[1]) * share + grip[2] * (1.0 - share)
+
+
+@wp.func
 def bounce(c: Collider, w: wp.vec3, n: wp.vec3) -> wp.vec3:
     """Return the velocity after an impact, relative to the surface."""
     wn = wp.min(wp.dot(n, w), 0.0)

@@ -51,7 +51,10 @@ def _course(muscle, spec, net: Net, number: dict[frozenset, int]) -> Course:
     """Return the springs of one muscle. Raises LookupError in words where points of a chain are not joined, or its part is empty."""
     pieces = [_along(spec.chain_points(name), muscle, net, number) for name in muscle.chains]
     if not muscle.chains:
-        springs = np.arange(len(net.springs)) if muscle.springs == "all" else np.array(muscle.springs)
+        chosen = muscle.springs
+        if isinstance(chosen, str):
+            chosen = range(len(net.springs)) if chosen == "all" else spec.generator.spring_group(chosen)
+        springs = np.array(chosen, int)
         pieces = [(springs, np.zeros(len(springs)), np.zeros(len(springs)))]
     springs, way, share = (np.concatenate(arrays) for arrays in zip(*pieces, strict=True))
     if muscle.wave and muscle.wave.direction is not None:

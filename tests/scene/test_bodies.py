@@ -49,6 +49,9 @@ def test_the_fish_of_1994_has_its_numbers():
     chains = [spec.chain_points(name) for name in spec.generator.chains]
     assert [len(chain) for chain in chains] == [5] * 4 and sorted(sum(chains, [])) == list(range(1, 21))
     assert spec.pinned(["head", "tail"]) == [0, 21, 22]
+    sections = [set(section) for section in spec.generator.numbers]
+    within = [k for k, pair in enumerate(net.springs.tolist()) if any(set(pair) <= section for section in sections)]
+    assert spec.generator.spring_group("rings") == within and len(within) == 31
 
 
 def told(**keys) -> dict[str, str]:
@@ -72,13 +75,18 @@ LINE = {"points": [[0, 0, 0], [1, 0, 0], [2, 0, 0]], "springs": [[0, 1], [1, 2]]
         ({"muscles": [{"chain": "back", "rest": 1}]}, 'no chain "back"'),
         ({"generator": body(), "muscles": [{"chain": "left_tip", "rest": 1}]}, "chains: right_top, left_top, left_bottom, right_bottom"),
         ({"muscles": [{"springs": [2], "rest": 1}]}, "there is no spring 2: there are 2"),
+        ({"muscles": [{"springs": "rungs", "rest": 1}]}, 'no group of springs "rungs"'),
+        ({"generator": body(), "muscles": [{"springs": "rungs", "rest": 1}]}, "groups: all, rings"),
         ({"muscles": [{"rest": 1}]}, "give either chain or springs"),
         ({"muscles": [{"springs": "all"}]}, "give either rest or wave"),
         ({"muscles": [{"springs": "all", "rest": 1, "wave": {"amplitude": 0.1, "period": 1}}]}, "give either rest or wave, not both"),
         ({"muscles": [{"springs": "all", "rest": -1}]}, "must not be negative"),
         ({"muscles": [{"springs": [0], "wave": {"amplitude": 0.1, "period": 1, "wavelength": 1}}]}, "needs a direction"),
         ({"muscles": [{"springs": [0], "part": [0, 0.5], "rest": 1}]}, "part is for chains"),
-        ({"muscles": [{"springs": "all", "rest": 1}, {"springs": [1], "rest": 1}]}, "the spring of points 1 and 2 is moved by muscles.0 already"),
+        (
+            {"muscles": [{"springs": "all", "rest": 1}, {"springs": [1], "rest": 1}]},
+            "the spring of points 1 and 2 is moved by muscles.0 already",
+        ),
         ({"muscles": [{"springs": [1, 1], "rest": 1}]}, "a spring is named twice"),
         ({"chains": {"leap": [0, 2]}}, "no spring joins points 0 and 2"),
         ({"chains": {"far": [1, 2, 3]}}, "there is no point 3"),

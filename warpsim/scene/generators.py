@@ -19,8 +19,14 @@ class Generator(Spec):
     """Names of groups of its points, for `pins`."""
     chains: ClassVar[tuple[str, ...]] = ()
     """Names of rows of its points, each joined to the next, for `muscles` and `grip`."""
+    spring_groups: ClassVar[tuple[str, ...]] = ()
+    """Names of groups of its springs, for `muscles`."""
     has_surface: ClassVar[bool] = False
     """Whether it makes triangles."""
+
+    def spring_group(self, name: str) -> list[int]:
+        """Return the springs of a group, rising."""
+        raise KeyError(name)
 
     def chain(self, name: str) -> list[int]:
         """Return the points of a chain, in their order."""
@@ -183,10 +189,12 @@ class Body(Generator):
 
     Of a section the points are right top, left top, left bottom, right bottom, as the body sees itself; an edge has two of them. Groups:
     head, tail (the first and last section). Chains from head to tail along the rectangles: right_top, left_top, left_bottom, right_bottom.
+    Group of springs: rings, those within sections.
     """
 
     groups: ClassVar[tuple[str, ...]] = ("head", "tail")
     chains: ClassVar[tuple[str, ...]] = ("right_top", "left_top", "left_bottom", "right_bottom")
+    spring_groups: ClassVar[tuple[str, ...]] = ("rings",)
     has_surface: ClassVar[bool] = True
     type: Literal["body"] = Field("body", description="Kind of generator.")
     head: Vec3 = Field(description="Where the first section has its middle, at 0 [m].")
@@ -233,6 +241,19 @@ class Body(Generator):
         corner = self.chains.index(name)
         return [section[corner] for section in self.numbers if len(section) == 4]
 
+    def spring_group(self, name: str) -> list[int]:
+        """Return the springs within sections; they come before those to the next section."""
+        begins = [0, *accumulate(within + between for within, between in zip(self._within, self._between, strict=False))]
+        return [begin + n for begin, within in zip(begins, self._within, strict=True) for n in range(within)]
+
+    @property
+    def _within(self) -> list[int]:
+        return [one.point_count * (one.point_count - 1) // 2 for one in self.sections]
+
+    @property
+    def _between(self) -> list[int]:
+        return [a * b - 4 * (a == b == 4) for a, b in pairwise(one.point_count for one in self.sections)]
+
     @property
     def point_count(self) -> int:
         """How many points its sections have."""
@@ -241,9 +262,7 @@ class Body(Generator):
     @property
     def spring_count(self) -> int:
         """All within a section, and between neighbors all but the four that would cross the body from corner to corner."""
-        counts = [one.point_count for one in self.sections]
-        within = sum(n * (n - 1) // 2 for n in counts)
-        return within + sum(a * b - 4 * (a == b == 4) for a, b in pairwise(counts))
+        return sum(self._within) + sum(self._between)
 
 
 class MeshEdges(Generator):

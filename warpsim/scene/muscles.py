@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
@@ -20,9 +20,7 @@ def _several_form(value: Any) -> str | None:
 
 
 ChainNames = one_of_forms({"one": Name, "several": Annotated[tuple[Name, ...], Field(min_length=1, max_length=1024)]}, _several_form)
-SomeSprings = one_of_forms(
-    {"one": Literal["all"], "several": Annotated[tuple[Index, ...], Field(min_length=1, max_length=200_000)]}, _several_form
-)
+SomeSprings = one_of_forms({"one": Name, "several": Annotated[tuple[Index, ...], Field(min_length=1, max_length=200_000)]}, _several_form)
 _Share = Annotated[Number, Field(ge=-1.0, le=1.0)]
 Shares = one_of_forms(
     {"one": _Share, "ends": tuple[_Share, _Share]},
@@ -53,7 +51,7 @@ class Muscle(Spec):
     part: tuple[Annotated[Number, Field(ge=0.0, le=1.0)], Annotated[Number, Field(ge=0.0, le=1.0)]] = Field(
         (0.0, 1.0), description="The part of each chain that counts, from its beginning 0 to its end 1, by the springs' middles [1]."
     )
-    springs: SomeSprings | None = Field(None, description='Instead of a chain: numbers of springs, or "all".')
+    springs: SomeSprings | None = Field(None, description="Instead of a chain: numbers of springs, a group of the generator's, or all.")
     rest: PositiveStrength | None = Field(None, description="Factor of their rest lengths, a number that may vary in time [1].")
     wave: Wave | None = Field(None, description="Instead of rest: a wave that travels along them.")
     activation: PositiveStrength = Field(1.0, description="How much of it acts, a number that may vary in time: 0 none, 1 all of it [1].")
@@ -133,6 +131,10 @@ def _strange_springs(net: Any) -> list[Mistake]:
     """Return a mistake for each number of a muscle that is no spring."""
     found = []
     for k, muscle in enumerate(net.muscles):
+        groups = ("all", *(net.generator.spring_groups if net.generator else ()))
+        if isinstance(muscle.springs, str) and muscle.springs not in groups:
+            message = f'there is no group of springs "{muscle.springs}" (groups: {listed(groups)}; or numbers of springs)'
+            found.append(Mistake(("muscles", k, "springs"), message, ("generator",), nearest(muscle.springs, groups)))
         numbers = muscle.springs if isinstance(muscle.springs, tuple) else ()
         for n, number in enumerate(numbers):
             if net.spring_count is not None and number >= net.spring_count:

@@ -2,8 +2,9 @@
 
 from warpsim.systems.parts.base import Part
 from warpsim.systems.parts.bending import Bending
+from warpsim.systems.parts.grip import Grip
 from warpsim.systems.parts.muscles import Muscles
 
-PARTS: tuple[type[Part], ...] = (Muscles, Bending)
+PARTS: tuple[type[Part], ...] = (Muscles, Grip, Bending)
 
 __all__ = ["PARTS", "Part"]
