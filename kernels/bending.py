@@ -15,6 +15,7 @@ import warp as wp
 
 from warpsim.kernels.emission import Particles
 from warpsim.kernels.planar import read3, write3
+from warpsim.kernels.tearing import cell_intact, intact
 
 FLATTEST = wp.constant(1.0e-30)  # [m²]: a hinge that is flat to 1e-15 m has no direction in which it could be damped
 ALONG = wp.constant(0)  # places in `stiffness` and `damping`
@@ -63,14 +64,6 @@ def with_force(a: wp.vec3, force: wp.vec3, inverse_mass: float) -> wp.vec3:
 
 
 @wp.func
-def intact(torn: wp.array[int], e: int, f: int) -> bool:
-    """Return whether two springs are still whole."""
-    if torn.shape[0] == 0:
-        return True
-    return torn[e] == 0 and torn[f] == 0
-
-
-@wp.func
 def along_at(i: int, j: int, bending: Bending, position: wp.array2d[float], velocity: wp.array2d[float]) -> wp.vec3:
     """Return the force F of the hinge along i whose middle is point (i, j) [N]; none on the rim or beside a torn spring."""
     if i < 1 or i > bending.nx - 2:
@@ -111,9 +104,7 @@ def cell_at(i: int, j: int, bending: Bending, position: wp.array2d[float], veloc
         return wp.vec3()
     p = j * bending.nx + i
     q = p + bending.nx
-    e = j * (bending.nx - 1) + i
-    f = (bending.nx - 1) * bending.ny + p
-    if not (intact(bending.torn, e, e + bending.nx - 1) and intact(bending.torn, f, f + 1)):
+    if not cell_intact(bending.torn, i, j, bending.nx, bending.ny):
         return wp.vec3()
     m = hinge_sum(read3(position, p), read3(position, p + 1), read3(position, q + 1), read3(position, q))
     rate = hinge_sum(read3(velocity, p), read3(velocity, p + 1), read3(velocity, q + 1), read3(velocity, q))

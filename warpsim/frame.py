@@ -8,9 +8,11 @@ import numpy as np
 class SystemFrame:
     """One system's live particles in order of birth. Arrays are copies, read-only, and stay as they are when the simulation moves on."""
 
-    def __init__(self, fetch, fields: tuple[str, ...], pack, count, index: int, fps: float, topology: dict[str, np.ndarray] | None = None):
+    def __init__(
+        self, fetch, fields: tuple[str, ...], pack, count, index: int, fps: float, topology: dict[str, np.ndarray] | None = None, torn=None
+    ):  # torn() tells which springs of the topology are torn; None: they do not tear
         self._fetch, self._fields, self._pack, self._count, self._index, self._fps = fetch, fields, pack, count, index, fps
-        self._topology = topology
+        self._topology, self._fetch_torn = topology, torn
         self._arrays: dict[str, np.ndarray] = {}
         self._past = False
 
@@ -26,6 +28,8 @@ class SystemFrame:
         for name in ("position", "velocity", "birth_frame", "birth_age", "lifetime", "mass", "radius", "id", "tint"):
             if name in self._fields:
                 self._get(name)
+        if self.tears:
+            self.torn  # noqa: B018 — fetches it
         self._past = True
 
     def packed(self, limit: int | None = None):
@@ -48,14 +52,42 @@ class SystemFrame:
         return self._topology is not None
 
     @property
+    def topology(self) -> dict[str, np.ndarray]:
+        """What joins its points as it began, the same in every frame: springs int32 (m, 2), triangles int32 (k, 3); none for particles."""
+        return self._topology or {"springs": np.zeros((0, 2), np.int32), "triangles": np.zeros((0, 3), np.int32)}
+
+    @property
+    def tears(self) -> bool:
+        """Whether its springs may break."""
+        return self._fetch_torn is not None
+
+    @property
+    def torn(self) -> np.ndarray:
+        """bool (m,): which of the springs of `topology` are torn at this moment."""
+        if not self.tears:
+            return np.zeros(len(self.topology["springs"]), bool)
+        if "torn" not in self._arrays:
+            array = np.array(self._fetch_torn(), bool)
+            array.flags.writeable = False
+            self._arrays["torn"] = array
+        return self._arrays["torn"]
+
+    @property
+    def lost(self) -> np.ndarray:
+        """bool (k,): which of the triangles of `topology` are gone at this moment: those with a torn edge."""
+        if not self.tears:
+            return np.zeros(len(self.topology["triangles"]), bool)
+        return np.append(self.torn, False)[self.topology["edges"]].any(axis=1)
+
+    @property
     def springs(self) -> np.ndarray:
-        """int32 (m, 2): the points that each spring joins, the same in every frame; none for particles."""
-        return self._topology["springs"] if self._topology else np.zeros((0, 2), np.int32)
+        """int32 (m, 2): the points that each spring joins, the same in every frame unless springs tear; none for particles."""
+        return self.topology["springs"][~self.torn] if self.tears else self.topology["springs"]
 
     @property
     def triangles(self) -> np.ndarray:
-        """int32 (m, 3): the points at the corners of each triangle of the surface, the same in every frame; none without a surface."""
-        return self._topology["triangles"] if self._topology else np.zeros((0, 3), np.int32)
+        """int32 (k, 3): the points at the corners of each triangle of the surface, the same in every frame unless springs tear."""
+        return self.topology["triangles"][~self.lost] if self.tears else self.topology["triangles"]
 
     @property
     def position(self) -> np.ndarray:

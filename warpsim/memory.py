@@ -23,6 +23,7 @@ BYTES_PER_POINT = 16  # internal acceleration and inverse mass of a network's po
 BYTES_PER_BOID = 120  # the grid, places and velocities in its order, steering, where a substep found it
 BYTES_PER_SPRING = 48  # twice, for both ends: neighbor, spring, rest length, stiffness, damping; and its place in frames
 SOLVER_BYTES = {"implicit_euler": (124, 72)}  # what a solver keeps of a network: per point, per spring
+BYTES_PER_BREAKABLE = 64  # of a spring that may tear: in the table, its entries, whether it is torn, now and in kept states
 BYTES_PER_VERTEX = 24  # at least, of a mesh file
 BYTES_PER_SEGMENT = 40  # a run of births within a frame
 GIB = 1 << 30
@@ -83,8 +84,8 @@ def network_memory(system: Network) -> int:
     points, springs = system.point_count or size // BYTES_PER_VERTEX, system.spring_count or 3 * size // BYTES_PER_VERTEX
     state = BYTES_PER_PARTICLE + (12 * system.look.trail.points if system.look.trail else 0)
     per_point, per_spring = SOLVER_BYTES.get(system.solver, (0, 0))
-    total = per_point * points + per_spring * springs
-    return total + 4 * points * state + points * BYTES_PER_POINT + springs * BYTES_PER_SPRING  # also the state to start anew from
+    per_spring += BYTES_PER_SPRING + (0 if system.tear is None else BYTES_PER_BREAKABLE)
+    return 4 * points * state + points * (BYTES_PER_POINT + per_point) + springs * per_spring  # also the state to start anew from
 
 
 def flock_memory(system: Flock) -> int:

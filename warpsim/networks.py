@@ -240,6 +240,20 @@ def sheet(number: np.ndarray) -> np.ndarray:
     return np.stack([first, second], axis=2).reshape(-1, 3).astype(np.int32)
 
 
+def edges_of(net: Net) -> np.ndarray:
+    """Return the springs along the three edges of each triangle, int32 (k, 3); −1 where there is none."""
+    count = len(net.points)
+    number, corners = np.sort(net.springs, axis=1).astype(np.int64), net.triangles.astype(np.int64)
+    keys = number[:, 0] * count + number[:, 1]
+    order = np.argsort(keys, kind="stable")
+    ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2)
+    wanted = ends[..., 0] * count + ends[..., 1]
+    if not len(keys):
+        return np.full(wanted.shape, -1, np.int32)
+    place = np.minimum(np.searchsorted(keys[order], wanted), len(keys) - 1)
+    return np.where(keys[order][place] == wanted, order[place], -1).astype(np.int32)
+
+
 @dataclass(frozen=True, eq=False)
 class Packed:
     """The springs of every point, slice by slice; entry (row, lane) is a spring of point 64·slice + lane, or none."""
@@ -255,6 +269,12 @@ class Packed:
         """Return one value per entry, float32 (rows · 64), from one per spring or one for all; 0 where there is no spring."""
         each = np.append(np.broadcast_to(np.asarray(per_spring, np.float32), self.spring.max(initial=-1) + 1), np.float32(0.0))
         return np.ascontiguousarray(each[self.spring].reshape(-1))
+
+    def places(self) -> np.ndarray:
+        """Return the two entries of each spring, int32 (m, 2), as places in arrays of (rows · 64)."""
+        flat = self.spring.reshape(-1)
+        order = np.argsort(flat, kind="stable")
+        return order[np.searchsorted(flat[order], 0) :].reshape(-1, 2).astype(np.int32)
 
 
 def packed_facets(point_count: int, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

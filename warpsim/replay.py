@@ -10,7 +10,7 @@ import warp as wp
 
 from warpsim.frame import Frame, SystemFrame
 from warpsim.kernels import emission
-from warpsim.networks import Net, network_of
+from warpsim.networks import Net, edges_of, network_of
 from warpsim.poses import Poses
 from warpsim.scene import load_scene
 from warpsim.scene.springs import Network
@@ -45,6 +45,7 @@ class Recording:
         self._poses = Poses(self.scene)
         self._packers = {name: (RecordedPopulation(device), spec.look) for name, spec in self.scene.systems.items()}
         self._nets = {name: network_of(spec, f"systems.{name}") for name, spec in self.scene.systems.items() if isinstance(spec, Network)}
+        self._topology = {name: topology_of(net, self.scene.systems[name]) for name, net in self._nets.items()}
         trails = [look.trail for _, look in self._packers.values() if look.trail]
         reach = max((frames_between(trail, self.scene.time.fps) * trail.points for trail in trails), default=0)
         self._read = lru_cache(maxsize=FRAMES_KEPT + reach)(self._load)
@@ -57,7 +58,7 @@ class Recording:
         for name, (population, look) in self._packers.items():
             fields = {key.removeprefix(f"{name}."): array for key, array in arrays.items() if key.startswith(f"{name}.")}
             trail = self._trail(name, look.trail, recorded, fields) if look.trail else None
-            systems[name] = recorded_system(fields, trail, population, look, recorded, fps, self._nets.get(name))
+            systems[name] = recorded_system(fields, trail, population, look, recorded, fps, self._topology.get(name))
         return Frame(systems, recorded, recorded / fps, self._poses)
 
     def _trail(self, name: str, trail, index: int, fields: dict[str, np.ndarray]) -> np.ndarray:
@@ -85,6 +86,8 @@ class Recording:
                     shapes |= {"age": (count,), "lifetime": (count,), "radius": (count,)}
                 elif count != len(self._nets[name].points):
                     raise ValueError
+                elif self.scene.systems[name].tear is not None:
+                    shapes["torn"] = (len(self._nets[name].springs),)
                 if f"{name}.color" in arrays:
                     shapes["color"] = (count, 4)
                 if any(arrays[f"{name}.{key}"].shape != shape for key, shape in shapes.items()):
@@ -128,10 +131,16 @@ class RecordedPopulation:
         return self._fields[name]
 
 
-def recorded_system(fields, trail, population: RecordedPopulation, look, index: int, fps: float, net: Net | None) -> SystemFrame:
+def topology_of(net: Net, spec) -> dict[str, np.ndarray]:
+    """Return what joins a network's points as frames have it."""
+    parts = {"springs": net.springs, "triangles": net.triangles}
+    return parts if spec.tear is None else parts | {"edges": edges_of(net)}
+
+
+def recorded_system(fields, trail, population: RecordedPopulation, look, index: int, fps: float, topology: dict | None) -> SystemFrame:
     """Return one system of a recorded frame; born in it, as far as ages go. A network's points are as old as the run."""
     words = fields["id"].astype(np.uint64)
-    if net is not None:
+    if topology is not None:
         count = len(words)
         lasting = {"age": np.full(count, index / fps), "lifetime": np.full(count, FOREVER), "radius": np.zeros(count)}
         fields = fields | lasting
@@ -151,5 +160,5 @@ def recorded_system(fields, trail, population: RecordedPopulation, look, index: 
     def pack(frame_index: int, limit: int | None):
         return PointPacker(population, population.take(planar), look, fps).pack(frame_index, limit)
 
-    topology = None if net is None else {"springs": net.springs, "triangles": net.triangles}
-    return SystemFrame(planar.__getitem__, tuple(planar), pack, lambda: len(words), index, fps, topology)
+    torn = (lambda: fields["torn"]) if "torn" in fields else None
+    return SystemFrame(planar.__getitem__, tuple(planar), pack, lambda: len(words), index, fps, topology, torn)

@@ -59,6 +59,8 @@ CHAIN = HEAD + "    generator: {type: chain, count: 4, start: [0, 0, 0], end: [1
         (CLOTH + "    pins: [left]\n    pin_motion: [{pins: [[1, 0]], keyframes: [[0, [0, 0, 0]]]}]\n", 9, "point 1 is not pinned", None),
         (CLOTH.replace("[0, -1, 0]", "[2, 0, 0]"), 6, "parallel", None),
         (CLOTH.replace("[0, -1, 0]", "[0.1, -1, 0]") + "    bending: {stiffness: 1e-3}\n", 6, "right angles", None),
+        (CLOTH + "    tear: 0\n", 8, "0", None),
+        (CHAIN + "    taer: 0.5\n", 7, "taer", "tear"),
         (CLOTH + "    bending: {stiffness: -1}\n", 8, "0", None),
         (CLOTH + "    bending: {stifness: 1}\n", 8, "stifness", "stiffness"),
         (CLOTH.replace("[5, 4]", "[1, 4]"), 5, "2", None),

@@ -33,7 +33,7 @@ def fake_scene(
 class FakeSystem:
     """Points at `position` [m], float32 (n, 3), with `color`, uint8 (n, 4), and `size` [m], float32 (n,)."""
 
-    is_network = False
+    is_network = tears = False
 
     def __init__(self, position: np.ndarray, color: np.ndarray | None = None, size: np.ndarray | None = None):
         self.position = np.asarray(position, np.float32).reshape(-1, 3)

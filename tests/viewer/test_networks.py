@@ -147,3 +147,36 @@ def test_springs_of_a_film_are_drawn_on_demand(browser, tmp_path):
     page.run("player.ask({type: 'seek', value: 0})")
     page.wait_for("player.shown === 0")
     assert page.run(RIBBONS) == [102] and page.complaints() == []
+
+
+def test_what_is_torn_is_no_longer_drawn(browser, tmp_path):
+    """The left half of a sheet loses its springs: it is gone, live and for a page that comes later; a film that goes back has it again."""
+    camera = {"eye": [0, 0, 5], "target": [0, 0, 0], "field_of_view": 40}
+    sim = simulate(**CLOTH, tear=10.0, look={"color": "#ff0000"}, more={**STAGE, "camera": camera})
+    system = sim.systems["s"]
+    with Viewer(sim.scene, port=0) as viewer, HtmlRecording(tmp_path / "x.html", sim.scene, 60.0) as film:
+        page = browser.open(viewer.url)
+        assert viewer.wait_for_client(60.0)
+        show(viewer, page, sim.frame())
+        film.add(sim.frame())
+        page.run("document.body.classList.add('bare')")
+        whole = red(picture(page))
+        system.torn_springs.assign((system.net.points[system.net.springs][..., 0].min(axis=1) < 0.0).astype(np.int32))
+        sim.step_frame()
+        show(viewer, page, sim.frame())
+        film.add(sim.frame())
+        half = red(picture(page))
+        assert half[:, 200:].sum() == pytest.approx(whole[:, 200:].sum(), rel=0.02) and half[:, :195].sum() < 0.02 * whole[:, :195].sum()
+        page.run(S)
+        left = (~sim.frame()["s"].torn).sum()
+        assert page.run(RIBBONS) == [left] and 0 < left < 102
+        page.reload()
+        show(viewer, page, sim.frame())
+        page.wait_for("stream.clouds.length === 1 && stream.clouds[0].net !== null && stream.clouds[0].last !== null")
+        assert page.run("stream.clouds[0].net.triangles.length / 3") == 16 and page.complaints() == []
+    page = browser.open((tmp_path / "x.html").as_uri())
+    page.wait_for("typeof player !== 'undefined' && player.shown === 1 && !player.playing")
+    assert page.run("stream.clouds[0].net.triangles.length / 3") == 16
+    page.run("player.ask({type: 'seek', value: 0})")
+    page.wait_for("player.shown === 0")
+    assert page.run("stream.clouds[0].net.triangles.length / 3") == 32 and page.complaints() == []

@@ -1,12 +1,13 @@
 """The recorder: a run folder in which every file is whole at every moment.
 
 scene.yaml         the resolved scene, under a header of comments that tells what made the run
-frames/NNNNNN.npz  per system NAME.position, NAME.velocity, … of the living particles, and index, time [s]
+frames/NNNNNN.npz  per system NAME.position, NAME.velocity, … of the living particles, NAME.torn of springs that may tear, index, time [s]
 frames.jsonl       one line per whole frame: its file, the file's SHA-256, live counts, state hash, and the chain of state hashes so far
 topology.npz       of networks, once: NAME.springs int32 (m, 2), NAME.triangles int32 (k, 3), places in the arrays of points
 stats.csv          time [s] and per system live, born, refused, killed (counts), kinetic_energy [J]; with emitters that listen: children;
                    among colliders: pushed; with substeps of their own choice: inexact; of networks: elastic_energy [J]; by implicit_euler:
-                   cg_iterations (per substep), cg_residual [1], cg_unconverged (substeps so far)
+                   cg_iterations (per substep), cg_residual [1], cg_unconverged (substeps so far);
+                   where springs may tear: torn
 assets/            copies of the files that the scene names
 changes.jsonl      one line per number that was changed while it ran: before the step from frame index, path became value
 lastgood.npz       the last good state of a run that was interrupted or blew up
@@ -40,6 +41,7 @@ STATISTICS = (
     "pushed",
     "inexact",
     "elastic_energy",
+    "torn",
     "cg_iterations",
     "cg_residual",
     "cg_unconverged",
@@ -149,8 +151,8 @@ def save_frame(path: Path, frame) -> str:
     """Write a frame as a whole npz file and return its SHA-256. Equal frames give equal bytes.
 
     Arrays: NAME.position, NAME.velocity float32 (n, 3) [m, m/s], NAME.id uint64 (n,), NAME.age, .lifetime [s], .mass [kg], .radius [m]
-    float32 (n,) per system (of networks position, velocity, id and mass), .color uint8 (n, 4) where emitters give colors, and the
-    scalars index and time [s]. Raises OSError, or NonFiniteFrame before anything is written.
+    float32 (n,) per system (of networks position, velocity, id and mass), .color uint8 (n, 4) where emitters give colors, .torn bool (m,)
+    of springs that may tear, and the scalars index and time [s]. Raises OSError, or NonFiniteFrame before anything is written.
     """
     import numpy as np
 
@@ -158,6 +160,7 @@ def save_frame(path: Path, frame) -> str:
     for name in frame:
         fields = NETWORK_FIELDS if frame[name].is_network else FIELDS
         arrays |= {f"{name}.{field}": getattr(frame[name], field) for field in fields}
+    arrays |= {f"{name}.torn": frame[name].torn for name in frame if frame[name].tears}
     arrays |= {f"{name}.color": frame[name].color for name in frame if frame[name].has_colors}
     for key, array in arrays.items():
         if not np.isfinite(array).all():
@@ -175,7 +178,7 @@ def save_topology(path: Path, frame) -> None:
     networks = [name for name in frame if frame[name].is_network]
     if networks:
         with whole_file(path) as file:
-            np.savez(file, **{f"{name}.{key}": getattr(frame[name], key) for name in networks for key in ("springs", "triangles")})
+            np.savez(file, **{f"{name}.{key}": frame[name].topology[key] for name in networks for key in ("springs", "triangles")})
 
 
 def chained(previous: str, state_hash: str) -> str:

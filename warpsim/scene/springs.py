@@ -95,6 +95,9 @@ class Network(System):
     radius: Annotated[Number, Field(gt=0.0, le=1e6)] = Field(1e-3, description="Radius of a point, for drag by viscosity [m].")
     look: NetworkLook = Field(NetworkLook(), description="How it is drawn.")
     thickness: Annotated[Number, Field(ge=0.0, le=1e6)] = Field(0.0, description="How far its points are kept from colliders [m].")
+    tear: Annotated[Number, Field(gt=0.0, le=1e6)] | None = Field(
+        None, description="Strain, stretching over rest length, above which a spring breaks for good; absent: none does [1]."
+    )
     pin_motion: tuple[PinMotion, ...] = Field((), max_length=1024, description="How pinned points move; absent: they stay.")
 
     @property

@@ -7,7 +7,7 @@ import numpy as np
 import warp as wp
 
 from warpsim.environment import Environment, Surroundings
-from warpsim.kernels import cloth, cloth_loops
+from warpsim.kernels import cloth, cloth_loops, tearing
 from warpsim.launch import Stage
 from warpsim.networks import network_of
 from warpsim.scene import Scene
@@ -29,6 +29,8 @@ class Cloth(NetworkSystem):
         self.sheet.inverse_mass = self.inverse_mass
         for key, array in self._numbers(spec).items():
             setattr(self.sheet, key, wp.array(array, dtype=float, device=device))
+        if spec.tear is not None:
+            self.pack()  # where some springs are torn and some are not, lists tell which
 
     def _felt(self, spec, environment: Environment) -> tuple:
         """Return what every point feels: with `drag` that of still air, and no flow."""
@@ -58,18 +60,35 @@ class Cloth(NetworkSystem):
         yield from super().stages(native)
 
     def pull(self, moment: int) -> Iterator[Stage]:
-        """Yield the stage that sums springs and wind of every point."""
+        """Yield the stages that sum springs and wind of every point."""
+        if self.network is not None:
+            yield self.pull_packed()
+            yield self._torn_air(moment)
+            return
         inputs = (moment, self.sheet, self.particles, self.internal)
         yield Stage("springs", cloth.accumulate_cloth, self.population.capacity, inputs, cloth_loops.accumulate_cloth)
 
     def wind(self, moment: int) -> Iterator[Stage]:
-        """Yield the stage that stores the wind alone."""
+        """Yield the stages that store the wind alone."""
+        if self.network is not None:
+            yield from super().wind(moment)
+            yield self._torn_air(moment)
+            return
         inputs = (moment, self.sheet, self.particles, self.internal)
         yield Stage("air", cloth.accumulate_air, self.population.capacity, inputs, cloth_loops.accumulate_air)
+
+    def _torn_air(self, moment: int) -> Stage:
+        """Return the stage that adds what the wind does to a sheet that may be torn."""
+        inputs = (moment, self.torn_springs, self.sheet, self.particles, self.internal)
+        return Stage("air", tearing.accumulate_torn_air, self.population.capacity, inputs)
 
     def change(self, spec, scene: Scene, environment: Environment) -> None:
         """Take the numbers of another spec of the same structure, in place."""
         super().change(spec, scene, environment)
         self._wind.change(*self._wind_felt(spec, environment))
-        for key, array in self._numbers(spec).items():
+
+    def renew(self) -> None:
+        """Write the springs' numbers, and the air's."""
+        super().renew()
+        for key, array in self._numbers(self.spec).items():
             getattr(self.sheet, key).assign(array)

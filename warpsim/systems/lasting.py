@@ -1,7 +1,8 @@
 """Lasting systems: populations whose points neither come nor go, and whose motion begins at the end of the opening frame."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 import warp as wp
@@ -112,10 +113,16 @@ class LastingSystem(ABC):
         """What joins the points, as a frame has it: springs and triangles; None where nothing does."""
         return None
 
+    @property
+    def torn(self) -> Callable[[], np.ndarray] | None:
+        """What fetches, of each spring, whether it is torn, bool (m,); None where none can be."""
+        return None
+
     def frame(self, index: int) -> SystemFrame:
         """Return what observers see of the present frame."""
         population, fields = self.population, tuple(self.population.fields)
-        return SystemFrame(population.host, fields, self.points.pack, lambda: population.counter("live"), index, self._fps, self.topology)
+        live = partial(population.counter, "live")
+        return SystemFrame(population.host, fields, self.points.pack, live, index, self._fps, self.topology, self.torn)
 
     def take(self, spec, scene: Scene, environment: Environment, mass: np.ndarray) -> None:
         """Take the numbers of another spec of the same structure, in place; the environment has changed already."""

@@ -1,16 +1,16 @@
 """Networks: systems whose points neither come nor go, joined by forces that are gathered once per substep, and pinned where they are."""
 
 from abc import abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cached_property
 
 import numpy as np
 import warp as wp
 
 from warpsim.environment import Environment
-from warpsim.kernels import points, springs
+from warpsim.kernels import points, spring_loops, springs
 from warpsim.launch import Stage
-from warpsim.networks import SPRING_NUMBERS, Net, point_masses, spring_numbers
+from warpsim.networks import SPRING_NUMBERS, Net, Packed, edges_of, packed, point_masses, spring_numbers
 from warpsim.scene import Scene
 from warpsim.signals import SignalTable, components, strength_signals
 from warpsim.stability import Advice, advice_for, checked_advice
@@ -22,8 +22,11 @@ from warpsim.systems.solvers import SOLVERS
 class NetworkSystem(LastingSystem):
     """A population of fixed size, which a solver moves; subclasses say how its springs are summed, parts what acts on it besides.
 
-    `net` holds the points where they start and what joins them.
+    `net` holds the points where they start and what joins them; `packed` and `network` are its springs in slices, made by pack().
     """
+
+    packed: Packed | None = None
+    network = None
 
     native = False
     """Whether stages run native loops; known when the stages are asked for."""
@@ -35,6 +38,7 @@ class NetworkSystem(LastingSystem):
         self.inverse_mass = wp.array(self._inverse_masses(spec), dtype=float, device=self.device)
         self._pins, table = self._pin_rows(spec)
         self._pins.signals = table.tables(self.device)
+        self.torn_springs = wp.zeros(0 if spec.tear is None else len(net.springs), dtype=int, device=self.device)
         self.solver = SOLVERS[spec.solver](self)
         self.parts = [part(self) for part in PARTS if part.wanted(spec)]
         if not self.solver.resolves or any(part.constrains for part in self.parts):
@@ -54,13 +58,47 @@ class NetworkSystem(LastingSystem):
         """The springs one by one, on the device; made when it is first asked for."""
         table, device = springs.SpringTable(), self.population.device
         table.ends = wp.array(self.net.springs, dtype=wp.vec2i, device=device)
-        for key, values in zip(SPRING_NUMBERS, spring_numbers(self.spec, self.net), strict=True):
-            setattr(table, key, wp.array(np.ascontiguousarray(values), dtype=float, device=device))
+        for key, values in self.numbers.items():
+            setattr(table, key, wp.array(values, dtype=float, device=device))
         return table
+
+    @property
+    def numbers(self) -> dict[str, np.ndarray]:
+        """Stiffness [N/m], damping [N·s/m] and rest length [m] of every spring, float64 (m,) each; torn ones neither pull nor damp."""
+        numbers = dict(zip(SPRING_NUMBERS, map(np.array, spring_numbers(self.spec, self.net)), strict=True))
+        if self.torn is not None:
+            torn = self.torn()
+            numbers["stiffness"][torn] = numbers["damping"][torn] = 0.0
+        return numbers
+
+    def renew(self) -> None:
+        """Write the springs' numbers wherever kernels read them; subclasses add their own places."""
+        if "table" in self.__dict__:
+            for key, values in self.numbers.items():
+                getattr(self.table, key).assign(values.astype(np.float32))
+        if self.network is not None:
+            for key, values in self.numbers.items():
+                getattr(self.network, key).assign(self.packed.values(values))
+
+    def pack(self) -> None:
+        """Lay the springs out in slices, for kernels that gather them from lists."""
+        self.packed = packed(len(self.net.points), self.net.springs)
+        self.network = springs.Network()
+        self.network.point_count = len(self.net.points)
+        self.network.begin = wp.array(self.packed.begin, dtype=int, device=self.device)
+        self.network.neighbor = wp.array(self.packed.neighbor.reshape(-1), dtype=int, device=self.device)
+        self.network.inverse_mass = self.inverse_mass
+        for key, values in self.numbers.items():
+            setattr(self.network, key, wp.array(self.packed.values(values), dtype=float, device=self.device))
+
+    def pull_packed(self) -> Stage:
+        """Return the stage that sums the springs of every point from their slices."""
+        inputs = (self.network, self.particles, self.internal)
+        return Stage("springs", springs.accumulate_springs, self.population.capacity, inputs, spring_loops.accumulate_springs)
 
     def energy(self) -> float:
         """Return what springs and parts hold at the present frame, of springs Σ ½ k (|d| − r)² [J], in float64."""
-        stiffness, _, rest = spring_numbers(self.spec, self.net)
+        stiffness, rest = self.numbers["stiffness"], self.numbers["rest"]
         for part in self.parts:
             rest = part.rest_lengths(int(self.clock.numpy()[0]) / self._fps, rest)
         ends = self.population.host("position").T.astype(float)[self.net.springs]
@@ -128,16 +166,24 @@ class NetworkSystem(LastingSystem):
 
     @property
     def topology(self) -> dict[str, np.ndarray]:
-        """Its springs and triangles."""
-        return {"springs": self.net.springs, "triangles": self.net.triangles}
+        """Its springs and triangles; where springs may tear, also those along the edges of each triangle."""
+        parts = {"springs": self.net.springs, "triangles": self.net.triangles}
+        return parts if self.spec.tear is None else parts | {"edges": self._edges}
+
+    @cached_property
+    def _edges(self) -> np.ndarray:
+        return edges_of(self.net)
+
+    @property
+    def torn(self) -> Callable[[], np.ndarray] | None:
+        """What fetches, of each spring, whether it is torn, bool (m,); None where none can be."""
+        return None if self.spec.tear is None else lambda: self.torn_springs.numpy() != 0
 
     def change(self, spec, scene: Scene, environment: Environment) -> None:
         """Take the numbers of another spec of the same structure, in place; the environment has changed already."""
         self.take(spec, scene, environment, point_masses(spec, self.net))
         self.inverse_mass.assign(self._inverse_masses(spec))
-        if "table" in self.__dict__:
-            for key, values in zip(SPRING_NUMBERS, spring_numbers(spec, self.net), strict=True):
-                getattr(self.table, key).assign(values.astype(np.float32))
+        self.renew()
         self._pin_rows(spec)[1].write(self._pins.signals)
         for member in self._members:
             member.change()
@@ -186,3 +232,5 @@ class NetworkSystem(LastingSystem):
         for member in self._members:
             for key, array in member.state.items():
                 array.assign(state[key])
+        if self.torn is not None:
+            self.renew()

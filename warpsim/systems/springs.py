@@ -2,13 +2,11 @@
 
 from collections.abc import Iterator, Mapping
 
-import numpy as np
 import warp as wp
 
 from warpsim.environment import Environment
-from warpsim.kernels import spring_loops, springs
 from warpsim.launch import Stage
-from warpsim.networks import SPRING_NUMBERS, network_of, packed, spring_numbers
+from warpsim.networks import network_of
 from warpsim.scene import Scene
 from warpsim.systems.networks import NetworkSystem
 from warpsim.systems.water import Water
@@ -19,26 +17,12 @@ class Springs(NetworkSystem):
 
     def __init__(self, name: str, spec, scene: Scene, environment: Environment, clock: wp.array, earlier: Mapping):
         super().__init__(name, spec, scene, environment, clock, network_of(spec, f"systems.{name}"))
-        device = environment.device
-        self.packed = packed(len(self.net.points), self.net.springs)
-        self.network = springs.Network()
-        self.network.point_count = len(self.net.points)
-        self.network.begin = wp.array(self.packed.begin, dtype=int, device=device)
-        self.network.neighbor = wp.array(self.packed.neighbor.reshape(-1), dtype=int, device=device)
-        self.network.inverse_mass = self.inverse_mass
-        for key, array in self._numbers(spec).items():
-            setattr(self.network, key, wp.array(array, dtype=float, device=device))
+        self.pack()
         self._water = Water(self, environment) if Water.wanted(spec) else None
-
-    def _numbers(self, spec) -> dict[str, np.ndarray]:
-        """Return the network's arrays of numbers by their names."""
-        values = zip(SPRING_NUMBERS, spring_numbers(spec, self.net), strict=True)
-        return {key: self.packed.values(value) for key, value in values}
 
     def pull(self, moment: int) -> Iterator[Stage]:
         """Yield the stages that sum the springs of every point, and add what the flow does to the surface."""
-        inputs = (self.network, self.particles, self.internal)
-        yield Stage("springs", springs.accumulate_springs, self.population.capacity, inputs, spring_loops.accumulate_springs)
+        yield self.pull_packed()
         yield from self._facets(moment)
 
     def wind(self, moment: int) -> Iterator[Stage]:
@@ -59,7 +43,5 @@ class Springs(NetworkSystem):
     def change(self, spec, scene: Scene, environment: Environment) -> None:
         """Take the numbers of another spec of the same structure, in place."""
         super().change(spec, scene, environment)
-        for key, array in self._numbers(spec).items():
-            getattr(self.network, key).assign(array)
         if self._water:
             self._water.change(environment)

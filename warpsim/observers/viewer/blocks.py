@@ -33,4 +33,12 @@ def cloud_blocks(slot: int, system, limit: int | None) -> list[Block]:
             Block(slot, Attribute.TRAIL_COLOR, cloud.trail_color, normalized=True),
             Block(slot, Attribute.TRAIL_POINTS, np.array([trail.shape[1]], np.uint32)),
         ]
-    return blocks
+    return blocks + tear_blocks(slot, system)
+
+
+def tear_blocks(slot: int, system) -> list[Block]:
+    """Return what of a network is torn: in every frame, so that no frame that a page leaves out or goes back over matters."""
+    if not system.tears:
+        return []
+    kinds = {Attribute.TORN: system.torn, Attribute.LOST: system.lost}
+    return [Block(slot, kind, np.packbits(gone, bitorder="little")) for kind, gone in kinds.items()]

@@ -49,6 +49,8 @@ class Attribute(IntEnum):
     TRAIL = 8  # points of all trails, oldest first, in the box of the cloud
     TRAIL_COLOR = 9  # one per trail
     TRAIL_POINTS = 10  # of each trail
+    TORN = 11  # a bit for each spring of a network, first springs in low bits: whether it is torn; absent where none can be
+    LOST = 12  # the same of its triangles
 
 
 @dataclass(frozen=True)

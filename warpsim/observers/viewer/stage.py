@@ -71,9 +71,9 @@ def net_commands(scene, frame) -> dict[str, bytes]:
 
 
 def _net(slot: int, system, look) -> dict:
-    shown = look.show or (("surface",) if len(system.triangles) else ("points", "springs"))
+    shown = look.show or (("surface",) if len(system.topology["triangles"]) else ("points", "springs"))
     width = look.width if look.width is not None else 0.4 * max(size for _, size in look.size.stops)
-    numbers = {key: np.ascontiguousarray(getattr(system, key), "<u4").tobytes() for key in ("springs", "triangles")}
+    numbers = {key: np.ascontiguousarray(system.topology[key], "<u4").tobytes() for key in ("springs", "triangles")}
     parts = {"points": "points" in shown, "lines": "springs" in shown, "surface": "surface" in shown}
     widths = {"width": float(width), "fine": min(float(width), _FINE * _typical_length(system))}
     return {"type": "warpsim_net", "slot": slot, **widths, **parts, **numbers}

@@ -4,7 +4,8 @@ from warpsim.systems.parts.base import Part
 from warpsim.systems.parts.bending import Bending
 from warpsim.systems.parts.grip import Grip
 from warpsim.systems.parts.muscles import Muscles
+from warpsim.systems.parts.tearing import Tearing
 
-PARTS: tuple[type[Part], ...] = (Muscles, Grip, Bending)
+PARTS: tuple[type[Part], ...] = (Muscles, Grip, Bending, Tearing)
 
 __all__ = ["PARTS", "Part"]

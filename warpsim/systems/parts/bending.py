@@ -26,7 +26,7 @@ class Bending(Part):
         device = system.population.device
         self.hinges = bending.Bending()
         self.hinges.nx, self.hinges.ny = system.spec.resolution
-        self.hinges.inverse_mass = system.inverse_mass
+        self.hinges.inverse_mass, self.hinges.torn = system.inverse_mass, system.torn_springs
         for key, numbers in self._numbers().items():
             setattr(self.hinges, key, wp.array(numbers, dtype=float, device=device))
 
@@ -41,7 +41,8 @@ class Bending(Part):
 
     def energy(self) -> float:
         """Return what the hinges hold [J]."""
-        return hinge_energy(self.system.spec, self.system.population.host("position").T.astype(float))
+        system = self.system
+        return hinge_energy(system.spec, system.population.host("position").T.astype(float), system.torn() if system.torn else None)
 
     def change(self) -> None:
         """Take the numbers of the spec."""

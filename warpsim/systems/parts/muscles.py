@@ -60,12 +60,9 @@ class Muscles(Part):
     def _fibers(self) -> muscles.Fibers:
         """The springs one by one; the packed network is there only once its system is complete."""
         fibers, device = muscles.Fibers(), self.system.device
-        packed = self.system.packed.spring.reshape(-1)
-        entries = np.flatnonzero(packed >= 0)
-        order = entries[np.argsort(packed[entries], kind="stable")].reshape(-1, 2)  # of every spring: its two entries
         fibers.spring = wp.array(self._springs, dtype=int, device=device)
         fibers.drive = wp.array(self._places, dtype=int, device=device)
-        fibers.entry = wp.array(order[self._springs], dtype=wp.vec2i, device=device)
+        fibers.entry = wp.array(self.system.packed.places()[self._springs], dtype=wp.vec2i, device=device)
         fibers.length = wp.array(self._lengths(), dtype=float, device=device)
         return fibers
 

@@ -26,7 +26,7 @@ class Cloud {
     };
   }
 
-  // parts: {position: {view, width, affine}, color: {view, width}, sizeMax, live, trail, trailColor, trailPoints}, views of the message
+  // parts: {position: {view, width, affine}, color: {view, width}, sizeMax, live, trail, trailColor, trailPoints, torn, lost}, views of the message
   show(parts) {
     const { position, color } = parts, uniforms = this.points.material.uniforms;
     if (position === undefined || color === undefined) return;
@@ -43,8 +43,8 @@ class Cloud {
     const { trail, trailColor, trailPoints } = parts;
     if (trail !== undefined) this.trail.show(trail, trailColor, trailPoints, 0.4 * uniforms.sizeMax.value);
     else this.trail.mesh.visible = false;
-    this.last = { position, color };
-    if (this.net !== null) this.net.show(position, color);
+    this.last = parts;
+    if (this.net !== null) this.net.show(parts);
   }
 
   // What joins its points; comes once, maybe after the first frame.

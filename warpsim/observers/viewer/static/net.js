@@ -9,8 +9,10 @@ class Net {
   constructor(cloud, c) {
     const T = MeshCat.THREE, numbers = (bytes) => new Uint32Array(Uint8Array.from(bytes).buffer);
     this.cloud = cloud;
-    this.springs = numbers(c.springs);
-    this.triangles = numbers(c.triangles);
+    this.whole = { springs: numbers(c.springs), triangles: numbers(c.triangles) };
+    this.springs = this.whole.springs;       // those that are left of them
+    this.triangles = this.whole.triangles;
+    this.gone = { springs: new Uint8Array(0), triangles: new Uint8Array(0) };
     this.has = { points: true, springs: this.springs.length > 0, surface: this.triangles.length > 0 };
     this.own = { points: c.points, springs: c.lines, surface: c.surface };
     this.shown = this.own;
@@ -47,25 +49,40 @@ class Net {
     material.uniforms.ink.value = onSurface ? 1 : 0;
     material.transparent = onSurface;
     material.depthWrite = !onSurface;
-    if (this.cloud.last !== null) this.show(this.cloud.last.position, this.cloud.last.color);
+    if (this.cloud.last !== null) this.show(this.cloud.last);
   }
 
   drawn(part) {
     return this.shown[part] && this.has[part];
   }
 
-  // position: {view: Uint16Array of four numbers a point, affine}, color: {view: four bytes a point}
-  show(position, color) {
+  // position: {view: Uint16Array of four numbers a point, affine}, color: {view: four bytes a point}, torn, lost: a bit for each spring
+  // and triangle that is no more, absent where nothing tears
+  show({ position, color, torn, lost }) {
     const count = position.view.length / 4;
     if (count !== this.count) this.fit(count);
     const { view, affine } = position, place = this.place;
     for (let i = 0, p = 0, q = 0; i < count; i++, p += 4, q += 3) {
       for (let axis = 0; axis < 3; axis++) place[q + axis] = view[p + axis] / 65535 * affine[axis] + affine[3 + axis];
     }
+    if (torn !== undefined) this.keep("springs", 2, torn, "ribbons");
+    if (lost !== undefined) this.keep("triangles", 3, lost, "sheet");
     this.sheet.visible = this.drawn("surface");
     this.ribbons.visible = this.drawn("springs");
     if (this.sheet.visible) this.lay(color.view);
     if (this.ribbons.visible) this.stretch(color.view);
+  }
+
+  // Leave out what is gone of the springs or triangles, of `width` numbers each; the buffers that draw them are made anew.
+  keep(part, width, bits, buffers) {
+    const known = this.gone[part];
+    if (known.length === bits.length && known.every((byte, k) => byte === bits[k])) return;
+    this.gone[part] = bits.slice();
+    this[part] = this.whole[part].filter((number, k) => {
+      const n = Math.floor(k / width);
+      return (bits[n >> 3] >> (n & 7) & 1) === 0;
+    });
+    this.fresh[buffers] = true;
   }
 
   fit(count) {

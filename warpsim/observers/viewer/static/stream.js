@@ -30,6 +30,8 @@ function readFrame(buffer) {
     else if (attribute === 8) parts.trail = { view, affine };
     else if (attribute === 9) parts.trailColor = { view };
     else if (attribute === 10) parts.trailPoints = view[0];
+    else if (attribute === 11) parts.torn = view;
+    else if (attribute === 12) parts.lost = view;
   }
   return { number: data.getUint32(4, true), time: data.getFloat64(8, true), slots };
 }
