@@ -10,8 +10,9 @@ distance, no force.
 
 import warp as wp
 
-from warpsim.kernels.emission import Particles
-from warpsim.kernels.environment import sample_strength
+from warpsim.kernels.emission import FAULT, Particles
+from warpsim.kernels.environment import Environment, sample_strength
+from warpsim.kernels.integration import inside
 from warpsim.kernels.planar import read3, write3
 from warpsim.kernels.signals import Signals
 
@@ -102,13 +103,21 @@ def project_pins(
     dt: wp.float64,
     start_time: wp.array[wp.float64],
     pins: Pins,
-    position_inout: wp.array2d[float],
-    velocity_inout: wp.array2d[float],
+    environment: wp.array[Environment],
+    particles_inout: Particles,
+    counters_inout: wp.array[wp.int64],
 ):
-    """Put every pinned point where it is held at the end of substep s, with the velocity that takes it there within the substep."""
+    """Put every pinned point where it is held at the end of substep s, with the velocity that takes it there within the substep.
+
+    A motion that leads beyond the scene's extent, or nowhere (a root of a negative number), is noted.
+    """
     p = first + wp.tid()
     i = pins.point[p]
     before = sample_strength(pins.signals, pins.motion[p], start_time[0] + wp.float64(s) * dt)
     after = sample_strength(pins.signals, pins.motion[p], start_time[0] + wp.float64(s + 1) * dt)
-    write3(position_inout, i, read3(pins.home, p) + after)
-    write3(velocity_inout, i, (after - before) * (1.0 / float(dt)))
+    x = read3(pins.home, p) + after
+    v = (after - before) * (1.0 / float(dt))
+    write3(particles_inout.position, i, x)
+    write3(particles_inout.velocity, i, v)
+    if inside(x, v, environment[0].extent) == 0:
+        counters_inout[FAULT] = wp.int64(1)

@@ -24,6 +24,7 @@ BYTES_PER_BOID = 120  # the grid, places and velocities in its order, steering, 
 BYTES_PER_SPRING = 48  # twice, for both ends: neighbor, spring, rest length, stiffness, damping; and its place in frames
 SOLVER_BYTES = {"implicit_euler": (124, 72)}  # what a solver keeps of a network: per point, per spring
 BYTES_PER_BREAKABLE = 64  # of a spring that may tear: in the table, its entries, whether it is torn, now and in kept states
+LAYOUT_PER_POINT, LAYOUT_PER_SPRING = 100, 400  # bytes on the host while a network is laid out and advised, before the device has it
 BYTES_PER_VERTEX = 24  # at least, of a mesh file
 BYTES_PER_SEGMENT = 40  # a run of births within a frame
 GIB = 1 << 30
@@ -70,12 +71,29 @@ def grid_memory(spec, place: int) -> int:
 
 
 def network_advice(scene: Scene) -> dict:
-    """Return what the springs of each network stand, by name; without networks nothing is imported for it."""
-    if not any(isinstance(system, Network) for system in scene.systems.values()):
+    """Return what the springs of each network stand, by name; without networks nothing is imported for it.
+
+    Raises MemoryLimitError where there is no room even for the layout, SceneError for a mesh that cannot be used.
+    """
+    networks = {name: system for name, system in scene.systems.items() if isinstance(system, Network)}
+    if not networks:
         return {}
+    check_layout(networks, free_memory())
     from warpsim.stability import scene_advice  # imports NumPy
 
     return scene_advice(scene)
+
+
+def check_layout(networks: dict[str, Network], free: int) -> None:
+    """Raise MemoryLimitError if the points and springs of networks do not fit into `free` bytes while they are laid out."""
+    for name, system in networks.items():
+        points, springs = system.point_count or 0, system.spring_count or 0
+        needed = LAYOUT_PER_POINT * points + LAYOUT_PER_SPRING * springs
+        if needed > free:
+            raise MemoryLimitError(
+                f"systems.{name}: its {points} points and {springs} springs take about {needed / GIB:.2f} GiB to lay out, "
+                f"but {free / GIB:.2f} GiB is free; lower its resolution"
+            )
 
 
 def network_memory(system: Network) -> int:
@@ -136,8 +154,15 @@ def check_memory(scene: Scene, free: int) -> None:
     allowed = free if scene.limits.memory is None else min(free, int(scene.limits.memory * GIB))
     if needed > allowed:
         source = "its limits.memory allows" if allowed < free else "is free"
-        capacities = ", ".join(f"{name}: {system.capacity}" for name, system in scene.systems.items())
+        capacities = ", ".join(f"{name}: {_size(system)}" for name, system in scene.systems.items())
         raise MemoryLimitError(
             f"the scene needs about {needed / GIB:.2f} GiB, but {allowed / GIB:.2f} GiB {source}; "
             f"lower the capacity of its systems ({capacities})"
         )
+
+
+def _size(system) -> str:
+    """Return how large a system is, in words."""
+    if not isinstance(system, Network):
+        return str(system.capacity)
+    return "a mesh's points" if system.point_count is None else f"{system.point_count} points"

@@ -151,6 +151,8 @@ def surface(vertices: np.ndarray, triangles: np.ndarray, scale: float = 1.0) -> 
     triangles = triangles[kept]
     if not len(triangles):
         raise UnusableMesh(f"none of its {dropped} triangles has an area")
+    kept, triangles = np.unique(triangles, return_inverse=True)
+    places, triangles = places[kept], triangles.reshape(-1, 3).astype(np.int32)
     triangles, turned, open_edges = _wound(places.astype(float), triangles)
     vertices = np.ascontiguousarray(places)
     for array in (vertices, triangles):

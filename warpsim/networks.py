@@ -70,6 +70,32 @@ def _check_lists(spec, net: Net, where: str) -> None:
         raise SceneError(wrong)
 
 
+def check_places(spec, net: Net, extent: float, where: str) -> None:
+    """Raise SceneError where a point starts beyond the scene's extent [m], or the ends of a spring are one place in 32 bits."""
+    source = "corner" if spec.type == "cloth" else "generator" if spec.generator else "points"
+    places = net.points.astype(np.float32)
+    far = np.flatnonzero(~(np.abs(places) <= extent).all(axis=1))
+    if len(far):
+        message = f"point {far[0]} starts at {_place(net.points[far[0]])}, beyond limits.extent of {extent:g} m"
+        raise _misplaced(message, f"{where}.{source}")
+    i, j = net.springs.T
+    one = np.flatnonzero((places[i] == places[j]).all(axis=1) & (spring_numbers(spec, net)[2] > 0.0))
+    if len(one):
+        a, b = i[one[0]], j[one[0]]
+        apart = np.linalg.norm(net.points[b] - net.points[a])
+        digit = float(np.spacing(np.abs(places[a]).max()))
+        message = f"points {a} and {b} lie {apart:.3g} m apart at {_place(net.points[a])}, where 32 bits tell places {digit:.1g} m apart"
+        raise _misplaced(f"{message}: nearer to the origin, or larger", f"{where}.{source}")
+
+
+def _place(point: np.ndarray) -> str:
+    return "[" + ", ".join(f"{x:g}" for x in point) + "]"
+
+
+def _misplaced(message: str, path: str) -> SceneError:
+    return SceneError([Problem(message, path=path)])
+
+
 def spring_numbers(spec, net: Net) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return stiffness [N/m], damping [N·s/m] and rest length [m] of every spring, float64 (m,) each."""
     length = np.linalg.norm(net.points[net.springs[:, 1]] - net.points[net.springs[:, 0]], axis=1)

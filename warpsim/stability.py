@@ -18,9 +18,7 @@ import numpy as np
 from warpsim.amplification import GROWING, STAGED, largest_growth
 from warpsim.muscles import shortest_factors
 from warpsim.networks import Net, hinge_numbers, looseness, network_of, point_masses, spring_numbers
-from warpsim.scene import SceneError
 from warpsim.scene.pacing import MOST_SUBSTEPS
-from warpsim.scene.problems import Problem
 from warpsim.scene.springs import Network
 
 MARGIN = 0.9  # of the longest substep that `auto` takes: a network that moves has other directions than at its start
@@ -81,20 +79,6 @@ def advice_for(spec, scene, net: Net) -> Advice:
     least = max(1, math.ceil(frame / longest * (1.0 - 1e-9)))
     chosen = max(UNBOUNDED.get(spec.solver, 1), math.ceil(frame / (MARGIN * longest))) if asked == "auto" else asked
     return Advice(longest, least if least <= MOST_SUBSTEPS else 0, chosen, spec.solver)
-
-
-def checked_advice(name: str, spec, scene, net: Net) -> Advice:
-    """Return the advice. Raises SceneError where `auto` would need more substeps than a frame may have."""
-    advice = advice_for(spec, scene, net)
-    if advice.chosen > MOST_SUBSTEPS:
-        words = f"{name} needs {advice.chosen} substeps per frame, and a frame has at most {MOST_SUBSTEPS}"
-        if spec.solver in GROWERS:
-            words += f": with {spec.solver} whatever swings undamped grows (take another solver, or more damping)"
-        else:
-            times = (advice.chosen / MOST_SUBSTEPS) ** 2
-            words += f": springs {times:.3g} times weaker or points {times:.3g} times as heavy would do, or solver: implicit_euler"
-        raise SceneError([Problem(words, path=f"systems.{name}.substeps")])
-    return advice
 
 
 def scene_advice(scene) -> dict[str, Advice]:

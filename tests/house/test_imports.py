@@ -23,6 +23,7 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "flocks": "scene",
     "stability": "scene networks amplification muscles",
     "coloring": "kernels",
+    "budget": "scene networks stability",
     "launch": "kernels",
     "population": "kernels",
     "images": "kernels",
@@ -34,7 +35,7 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "environment": "kernels scene grids images launch colliders directions signals",
     "integrators": "kernels environment",
     "systems": "kernels scene launch population environment integrators signals directions frame memory meshes networks muscles "
-    "stability weaves coloring flocks",
+    "stability weaves coloring flocks budget",
     "frame": "",
     "memory": "stability scene grids",
     "changes": "scene",
@@ -53,7 +54,7 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "runner": f"scene simulation changes observers kernel_cache interruption {PLAYING}",
     "screening": f"environment probes replay runner interruption {PLAYING}",
     "verify": "scene simulation environment directions probes convergence meshes",
-    "cli": "scene simulation observers files kernel_cache interruption runner screening replay reporting memory stability verify "
+    "cli": "scene simulation observers files kernel_cache interruption runner screening replay reporting memory verify "
     "convergence plotting streamlines",
     "__main__": "cli",
     "__init__": "scene simulation frame",

@@ -11,6 +11,7 @@ CLOTH = (
     "name: x\nsystems:\n  s:\n    type: cloth\n    resolution: [5, 4]\n    edges: [[1, 0, 0], [0, -1, 0]]\n    structural: {stiffness: 9}\n"
 )
 CHAIN = HEAD + "    generator: {type: chain, count: 4, start: [0, 0, 0], end: [1, 0, 0]}\n    stiffness: 5\n"
+GRID = HEAD + "    generator: {type: grid, resolution: [3, 4], edges: [[1, 0, 0], [0, 0, 1]]}\n    stiffness: 5\n"
 
 
 @pytest.mark.parametrize(
@@ -68,6 +69,13 @@ CHAIN = HEAD + "    generator: {type: chain, count: 4, start: [0, 0, 0], end: [1
         (CLOTH + "    density: 0\n", 8, "1e-09", None),
         (CLOTH + "    sheer: {stiffness: 1}\n", 8, "sheer", "shear"),
         (CLOTH.replace("    structural: {stiffness: 9}\n", ""), 4, "structural", None),
+        (PAIR.replace("[1, 0, 0]", "[0, 0, 0]") + "    rest_length: 1\n", 6, "points 0 and 1 start at the same place", None),
+        (PAIR.replace("[1, 0, 0]", "[0, 0, 0]") + "    rest_length: [0.5, 0]\n", 6, "a spring of 0.5 m has no direction to push in", None),
+        (CHAIN.replace("end: [1, 0, 0]", "end: [0, 0, 0]"), 5, "start and end are the same place", None),
+        (GRID.replace("[0, 0, 1]", "[-2, 0, 0]"), 5, "the edges are parallel", None),
+        (GRID.replace("[0, 0, 1]", "[0, 0, 0]"), 5, "must not be zero", None),
+        (GRID + "    pins: [[3, 0]]\n", 7, "i goes to 2 and j to 3", None),
+        (GRID + "    pins: [[0, 0], 12]\n", 7, "there is no point 12", None),
         (CHAIN + "    look: {show: [spring]}\n", 7, "spring", "springs"),
     ],
 )
@@ -88,3 +96,12 @@ def test_all_mistakes_come_at_once():
     with pytest.raises(SceneError) as refused:
         load_text(PAIR.replace("[1, 2]]", "[1, 7]]") + "    mass: [1]\n    pins: [9]\n", "x.yaml")
     assert {problem.line for problem in refused.value.problems} == {6, 8, 9}
+
+
+@pytest.mark.parametrize("text", [
+    PAIR.replace("[1, 0, 0]", "[0, 0, 0]"),  # rest length as it starts: zero, and it only pulls
+    PAIR.replace("[1, 0, 0]", "[0, 0, 0]") + "    rest_length: [0, 1]\n",
+    PAIR + "    pins: [0, 1]\n",  # both ends of a spring
+])  # fmt: skip
+def test_what_has_a_result_is_no_mistake(text):
+    load_text(text, "x.yaml")

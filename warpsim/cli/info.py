@@ -45,7 +45,7 @@ def _scene_file(name: str) -> Path | None:
 
 
 def _scene_as_data(path: Path) -> dict[str, object]:
-    from warpsim.memory import estimate_memory
+    from warpsim.memory import estimate_memory, network_advice
     from warpsim.scene import load_scene
 
     scene = load_scene(path)
@@ -55,7 +55,7 @@ def _scene_as_data(path: Path) -> dict[str, object]:
             "least_substeps": advice.least,
             "substeps": advice.chosen,
         }
-        for name, advice in _advice(scene).items()
+        for name, advice in network_advice(scene).items()
     }
     return {
         "file": str(path),
@@ -65,21 +65,12 @@ def _scene_as_data(path: Path) -> dict[str, object]:
     }
 
 
-def _advice(scene) -> dict[str, object]:
-    """Return the stability advice for each network of a scene; NumPy is imported only where there is one."""
-    if all(system.type == "particles" for system in scene.systems.values()):
-        return {}
-    from warpsim.stability import scene_advice
-
-    return scene_advice(scene)
-
-
 def _scene_facts(path: Path) -> dict[str, object]:
-    from warpsim.memory import GIB, estimate_memory
+    from warpsim.memory import GIB, estimate_memory, network_advice
     from warpsim.scene import load_scene
 
     scene = load_scene(path)
-    advice = _advice(scene)
+    advice = network_advice(scene)
     prewarm = f", after {scene.time.prewarm:g} s of prewarm" if scene.time.prewarm else ""
     facts = {
         "name": scene.name,

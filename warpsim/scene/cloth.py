@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from warpsim.scene.base import Direction, Mistake, Number, Spec, Vec3, mistakes
-from warpsim.scene.generators import GridOfPoints, Side
+from warpsim.scene.generators import GridOfPoints, Side, parallel_mistakes
 from warpsim.scene.springs import Network, Pin, motion_mistakes, pin_mistakes, solver_mistakes
 
 _RIGHT = 1e-3  # cosine up to which an angle is right: coordinates are typed with few digits
@@ -68,19 +68,17 @@ class Cloth(Network):
 
     @property
     def damping(self) -> tuple[float, ...]:
-        """Of its three kinds of springs [N·s/m]."""
-        return self.structural.damping, self.shear.damping, self.bend.damping
+        """Of its three kinds of springs [N·s/m], and of its bending [N·m·s]."""
+        return self.structural.damping, self.shear.damping, self.bend.damping, self.bending.damping if self.bending else 0.0
 
     @model_validator(mode="after")
     def _parts_fit(self):
         found = solver_mistakes(self)
         if self.drag and self.coupling is not None:
             found.append(Mistake(("drag",), "drag is that of still air: give either drag or coupling", ("drag", "coupling")))
-        first, second = self.edges
-        across = [first[k - 2] * second[k - 1] - first[k - 1] * second[k - 2] for k in range(3)]
-        if sum(x * x for x in across) <= 1e-12 * sum(x * x for x in first) * sum(x * x for x in second):
-            found.append(Mistake(("edges",), "the edges are parallel: the sheet has no area", ("edges",)))
-        elif self.bending and abs(_cosine(first, second)) > _RIGHT:
+        if parallel := parallel_mistakes(self.edges):
+            found += parallel
+        elif self.bending and abs(_cosine(*self.edges)) > _RIGHT:
             found.append(Mistake(("edges",), "with bending the edges must be at right angles to each other", ("edges", "bending")))
         where = [(("pins",), self.pins)] + [(("pin_motion", k, "pins"), motion.pins) for k, motion in enumerate(self.pin_motion)]
         strange = [mistake for path, pins in where for mistake in pin_mistakes(path, pins, self.generator)]

@@ -12,6 +12,15 @@ Side = Annotated[WholeNumber, Field(ge=2, le=4096)]
 Length = Annotated[Number, Field(gt=0.0, le=1e9)]
 
 
+def parallel_mistakes(edges: tuple[Vec3, Vec3]) -> list[Mistake]:
+    """Return the mistake if the two edges of a sheet are parallel."""
+    first, second = edges
+    across = [first[k - 2] * second[k - 1] - first[k - 1] * second[k - 2] for k in range(3)]
+    if sum(x * x for x in across) > 1e-12 * sum(x * x for x in first) * sum(x * x for x in second):
+        return []
+    return [Mistake(("edges",), "the edges are parallel: the sheet has no area", ("edges",))]
+
+
 class Generator(Spec):
     """A network made by rule. A subclass registers itself by being defined in this file."""
 
@@ -56,6 +65,12 @@ class Chain(Generator):
     count: Annotated[WholeNumber, Field(ge=2, le=1_000_000)] = Field(description="Number of points, both ends included [1].")
     start: Vec3 = Field(description="Place of the first point [m].")
     end: Vec3 = Field(description="Place of the last point [m].")
+
+    @model_validator(mode="after")
+    def _has_a_length(self):
+        if self.start == self.end:
+            raise mistakes([Mistake(("end",), "start and end are the same place: the chain has no length", ("start", "end"))])
+        return self
 
     def group(self, name: str) -> list[int]:
         """Return one end."""
@@ -113,6 +128,12 @@ class GridOfPoints(Generator):
     resolution: tuple[Side, Side] = Field(description="Number of points along the first edge and along the second [1].")
     corner: Vec3 = Field((0.0, 0.0, 0.0), description="Place of point (0, 0) [m].")
     edges: tuple[Direction, Direction] = Field(description="From the corner along i to the last point, and along j [m].")
+
+    @model_validator(mode="after")
+    def _has_an_area(self):
+        if found := parallel_mistakes(self.edges):
+            raise mistakes(found)
+        return self
 
     def group(self, name: str) -> list[int]:
         """Return the points of a border, or the four corners."""

@@ -212,7 +212,16 @@ def _spring_mistakes(net: Springs) -> list[Mistake]:
         elif first.setdefault((min(i, j), max(i, j)), k) != k:
             message = f"points {i} and {j} are joined by springs.{first[min(i, j), max(i, j)]} already: add its stiffness to that one"
             found.append(Mistake(("springs", k), message, ("springs",)))
+        elif net.points[i] == net.points[j] and (rest := _rest_of(net, k)):
+            message = f"points {i} and {j} start at the same place: a spring of {rest:g} m has no direction to push in; move one of them"
+            found.append(Mistake(("springs", k), message, ("springs", "points", "rest_length")))
     return found
+
+
+def _rest_of(net: Springs, k: int) -> float | None:
+    """Return the rest length that is given to spring k; None where it is as it starts, or the list is too short."""
+    rest = net.rest_length
+    return rest if not isinstance(rest, tuple) else rest[k] if k < len(rest) else None
 
 
 def _length_mistakes(net: Springs) -> list[Mistake]:

@@ -1,5 +1,6 @@
 """Networks: systems whose points neither come nor go, joined by forces that are gathered once per substep, and pinned where they are."""
 
+import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
 from functools import cached_property
@@ -7,13 +8,14 @@ from functools import cached_property
 import numpy as np
 import warp as wp
 
+from warpsim.budget import checked_advice, excess
 from warpsim.environment import Environment
 from warpsim.kernels import points, spring_loops, springs
 from warpsim.launch import Stage
-from warpsim.networks import SPRING_NUMBERS, Net, Packed, edges_of, packed, point_masses, spring_numbers
+from warpsim.networks import SPRING_NUMBERS, Net, Packed, check_places, edges_of, packed, point_masses, spring_numbers
 from warpsim.scene import Scene
 from warpsim.signals import SignalTable, components, strength_signals
-from warpsim.stability import Advice, advice_for, checked_advice
+from warpsim.stability import Advice, advice_for
 from warpsim.systems.lasting import LastingSystem, spread
 from warpsim.systems.parts import PARTS
 from warpsim.systems.solvers import SOLVERS
@@ -32,6 +34,7 @@ class NetworkSystem(LastingSystem):
     """Whether stages run native loops; known when the stages are asked for."""
 
     def __init__(self, name: str, spec, scene: Scene, environment: Environment, clock: wp.array, net: Net):
+        check_places(spec, net, scene.limits.extent, f"systems.{name}")
         self.net, self.start_time = net, environment.start_time
         count, mass = checked_advice(name, spec, scene, net).chosen, point_masses(spec, net)
         super().__init__(name, spec, scene, environment, clock, count, net.points, np.zeros_like(net.points), mass)
@@ -161,7 +164,8 @@ class NetworkSystem(LastingSystem):
         """Yield the stage that puts the pins where they belong at the end of substep s."""
         count = self._pins.point.shape[0]
         if count:
-            inputs = (s, self.pace.dt, self.start_time, self._pins, self.particles.position, self.particles.velocity)
+            clock = (s, self.pace.dt, self.start_time)
+            inputs = (*clock, self._pins, self.surroundings.row, self.particles, self.population.counters)
             yield Stage("pins", springs.project_pins, count, inputs)
 
     @property
@@ -196,13 +200,18 @@ class NetworkSystem(LastingSystem):
     @property
     def remedy(self) -> str:
         """What to try where it blows up."""
+        led = self.population.host("position")[:, self.spec.pinned(self.spec.pins)]
+        if not (np.abs(led) <= self.scene.limits.extent).all():
+            return "its pin_motion leads there"
         advice = self.advice
+        if advice.least == 0:
+            return excess(self.spec, self.net, math.ceil(1.0 / (self.scene.time.fps * advice.longest)), self.scene.time.fps)[1]
         if advice.least > advice.chosen:
             stand = f"its springs stand {advice.longest:.3g} s"
             asked = self.spec.substeps or self.scene.time.substeps
             other = "; auto counted before a number was changed" if asked == "auto" else ", or auto"
             return f"try substeps: {advice.least} for this system{other}: {stand}; or weaker springs, more mass"
-        return f"try substeps: {2 * advice.chosen} for this system, or weaker forces" if advice.least else str(advice)
+        return f"try substeps: {2 * advice.chosen} for this system, or weaker forces"
 
     def reset(self) -> None:
         """Put the network back to where it started."""
