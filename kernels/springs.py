@@ -107,7 +107,7 @@ def project_pins(
     particles_inout: Particles,
     counters_inout: wp.array[wp.int64],
 ):
-    """Put every pinned point where it is held at the end of substep s, with the velocity that takes it there; note one that leaves the world."""
+    """Put every pin where it is held at the end of substep s, with the velocity that takes it there; note one that leaves the world."""
     p = first + wp.tid()
     i = pins.point[p]
     before = sample_strength(pins.signals, pins.motion[p], start_time[0] + wp.float64(s) * dt)
