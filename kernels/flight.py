@@ -17,6 +17,8 @@ from warpsim.kernels.points import started
 from warpsim.kernels.random import POSITION, VELOCITY, random_words, uniform
 
 NO_LIMIT = 1.0e30
+NOISE = 10  # channel of the headings' random turns (random.py has the others)
+INVERSE_TURN = wp.constant(0.15915494309189535)  # 1/2π
 
 
 @wp.struct
@@ -26,6 +28,13 @@ class Limits:
     strongest: float  # most steering force [N]; NO_LIMIT
     turn_cosine: float  # of the largest turn in a substep; −2: any
     turn_sine: float
+
+
+@wp.struct
+class Vicsek:
+    key: wp.vec2ui  # of the random turns
+    speed: float  # [m/s]
+    noise: float  # width of the angles of the turns [rad]
 
 
 @wp.func
@@ -132,6 +141,57 @@ def advance_flock(
         v = limit_speed(v0, v, bounds.slowest, bounds.fastest)
         write3(particles_inout.velocity, i, v)
         write3(particles_inout.position, i, drift(x, v, pace.dt))
+
+
+@wp.func
+def turned(n: wp.vec3, words: wp.vec4ui, noise: float, domain: Domain) -> wp.vec3:
+    """Return a unit vector turned by an angle uniform on ±½ noise [rad]: in the plane, or in space about any axis across it."""
+    u = (uniform(words[0]) - 0.5) * noise * INVERSE_TURN
+    rate = domain.rate
+    flat = wp.vec3(wp.where(rate[0] > 0.0, 0.0, 1.0), wp.where(rate[1] > 0.0, 0.0, 1.0), wp.where(rate[2] > 0.0, 0.0, 1.0))
+    aside = wp.cross(flat, n)
+    if wp.dot(flat, flat) == 0.0:
+        across = wp.where(wp.abs(n[0]) < 0.7, wp.vec3(1.0, 0.0, 0.0), wp.vec3(0.0, 1.0, 0.0))
+        first = wp.normalize(wp.cross(n, across))
+        second = wp.cross(n, first)
+        aside = first * cos_turns(uniform(words[1])) + second * sin_turns(uniform(words[1]))
+    return n * cos_turns(wp.abs(u)) + aside * (sin_turns(wp.abs(u)) * wp.where(u < 0.0, -1.0, 1.0))
+
+
+@wp.func
+def common_course(v: wp.vec3, steering: wp.vec3, count: int) -> wp.vec3:
+    """Return the sum of the velocities of a boid and its neighbors, from what alignment alone made of them, F = Σ v_j/n − v."""
+    return steering * float(count) + v * float(count + 1)
+
+
+@wp.kernel(enable_backward=False)
+def advance_vicsek(
+    first: int,
+    count: int,
+    opening: int,
+    pace: Pace,
+    clock: wp.array[wp.int64],
+    domain: wp.array[Domain],
+    mode: wp.array[Vicsek],
+    steering: wp.array2d[float],
+    neighbors: wp.array[int],
+    particles_inout: Particles,
+):
+    """Move every boid along its heading, then give it the mean one of its neighborhood, turned at random.  Source: Vicsek et al. 1995."""
+    i = first + wp.tid()
+    if i < count and started(clock, opening):
+        v = read3(particles_inout.velocity, i)
+        write3(particles_inout.position, i, drift(read3(particles_inout.position, i), v, pace.dt))
+        course = common_course(v, read3(steering, i), neighbors[i])
+        square = wp.dot(course, course)
+        if square == 0.0:  # headings that cancel each other out: it keeps its own
+            course = v
+            square = wp.dot(v, v)
+        if square > 0.0:
+            step = clock[0] * wp.int64(pace.substep_count) + wp.int64(pace.first)
+            words = random_words(mode[0].key, step << wp.int64(32) | wp.int64(i), NOISE)
+            heading = turned(course / wp.sqrt(square), words, mode[0].noise, domain[0])
+            write3(particles_inout.velocity, i, heading * mode[0].speed)
 
 
 @wp.func

@@ -60,3 +60,10 @@ def step(x: np.ndarray, v: np.ndarray, rules: Rules, h: float, mass: float, band
     below, above = x < low, x > low + size
     v = np.where(below, np.abs(v), np.where(above, -np.abs(v), v))
     return np.where(below, 2 * low - x, np.where(above, 2 * (low + size) - x, x)), v
+
+
+def vicsek_courses(x: np.ndarray, v: np.ndarray, rules: Rules) -> np.ndarray:
+    """Return the unit vectors along the sum of the velocities of each boid's neighborhood, itself included, (n, 3)."""
+    seen = sees(differences(x, rules), v, rules) | np.eye(len(x), dtype=bool)
+    course = seen.astype(float) @ v
+    return course / np.linalg.norm(course, axis=1)[:, None]

@@ -69,6 +69,15 @@ class Start(Spec):
         return self
 
 
+class Vicsek(Spec):
+    """Vicsek's flock: one speed, and each takes the mean heading of its neighborhood, itself included, turned at random."""
+
+    speed: Annotated[Number, Field(gt=0.0, le=1e9)] = Field(description="The speed of all [m/s].")
+    noise: Annotated[Number, Field(ge=0.0, le=6.283185307179587)] = Field(
+        description="Turns are uniform on ± half of it; in space about any axis across the heading [rad]."
+    )
+
+
 class FlockFeels(Feels):
     """Which parts of the environment act on a flock: all but gravity, which its wings or fins hold up."""
 
@@ -90,6 +99,7 @@ class Flock(System):
     turn_rate: Annotated[Number, Field(gt=0.0, le=1e9)] | None = Field(
         None, description="Fastest turn of the heading; absent: any [deg/s]."
     )
+    vicsek: Vicsek | None = Field(None, description="Instead of the three rules: Vicsek's model, one turn per substep.")
     mass: Annotated[Number, Field(ge=1e-12, le=1e12)] = Field(1.0, description="Of a boid [kg].")
     radius: Annotated[Number, Field(gt=0.0, le=1e6)] = Field(0.05, description="Of a boid, for drag by viscosity [m].")
     thickness: Annotated[Number, Field(ge=0.0, le=1e6)] = Field(0.0, description="How far boids are kept from colliders [m].")
@@ -110,7 +120,9 @@ class Flock(System):
 
     @property
     def rules(self) -> dict[str, Rule]:
-        """The three rules by name."""
+        """The three rules by name; Vicsek's flock knows alignment alone."""
+        if self.vicsek is not None:
+            return {"separation": Rule(weight=0.0), "cohesion": Rule(weight=0.0), "alignment": Rule(weight=1.0)}
         return {key: getattr(self, key) for key in ("separation", "cohesion", "alignment")}
 
     @model_validator(mode="after")
@@ -124,7 +136,7 @@ class Flock(System):
             if rule.radius is not None and rule.radius > self.perception.radius:
                 words = f"nobody farther than perception.radius, {self.perception.radius:g} m, is seen"
                 found.append(Mistake((key, "radius"), words, ("perception", key)))
-        found += _fold_mistakes(self)
+        found += _fold_mistakes(self) + _vicsek_mistakes(self)
         if found:
             raise mistakes(found)
         return self
@@ -141,3 +153,20 @@ def _fold_mistakes(flock: Flock) -> list[Mistake]:
         words = f"sees round a periodic domain of {shortest:g} m: at most half of it, {0.5 * shortest:g}"
         return [Mistake(("perception", "radius"), words, ("domain", "perception"))]
     return []
+
+
+def _vicsek_mistakes(flock: Flock) -> list[Mistake]:
+    """Return a mistake for each key that Vicsek's model has no use for, and for a space in which there is nothing to turn to."""
+    if flock.vicsek is None:
+        return []
+    idle = ("separation", "cohesion", "alignment", "speed", "max_force", "turn_rate", "coupling")
+    found = [
+        Mistake((key,), f"vicsek knows one speed and its neighbors' headings only: leave {key} out", ("vicsek", key))
+        for key in idle
+        if key in flock.model_fields_set and getattr(flock, key) is not None
+    ]
+    if flock.start.speed is not None:
+        found.append(Mistake(("start", "speed"), "vicsek.speed is the speed of all: leave this one out", ("vicsek", "start")))
+    if flock.domain is None or sum(edge > 0.0 for edge in flock.domain.size) < 2:
+        found.append(Mistake(("vicsek",), "needs a domain with an extent along two axes at least, to turn in", ("domain", "vicsek")))
+    return found

@@ -44,6 +44,7 @@ class Flock(LastingSystem):
         )
         self._rules = wp.array([self._rule_row(spec)], dtype=flock.Rules, device=self.device)
         self._limits = wp.array([limit_row(spec, self.pace.dt)], dtype=flight.Limits, device=self.device)
+        self._vicsek = wp.array([self._vicsek_row(spec)] if spec.vicsek else [], dtype=flight.Vicsek, device=self.device)
         self.steering = wp.zeros((3, self.population.capacity), dtype=float, device=self.device)
         self._origin = self.save()
 
@@ -56,6 +57,11 @@ class Flock(LastingSystem):
         for key, rule in spec.rules.items():
             setattr(row, key, rule.weight)
             setattr(row, f"{key}_reach2", (rule.radius or reach) ** 2)
+        return row
+
+    def _vicsek_row(self, spec) -> flight.Vicsek:
+        row = flight.Vicsek()
+        row.key, row.speed, row.noise = random_key(self.scene.seed, self.name, 0), spec.vicsek.speed, spec.vicsek.noise
         return row
 
     def stages(self, native: bool) -> Iterator[Stage]:
@@ -81,6 +87,10 @@ class Flock(LastingSystem):
         yield Stage("flock", flock.accumulate_flock, capacity, inputs, flock_loops.accumulate_flock)
 
     def _advance(self, s: int) -> Stage:
+        if self.spec.vicsek:
+            inputs = (self.point_count, self.opening, substep_of(self.pace, s), self.clock, self.domain, self._vicsek)
+            inputs += (self.steering, self.population.field("neighbors"), self.particles)
+            return Stage("advance", flight.advance_vicsek, self.population.capacity, inputs)
         inputs = (self.point_count, self.opening, substep_of(self.pace, s), self.clock, self.surroundings.row)
         return Stage("advance", flight.advance_flock, self.population.capacity, (*inputs, self._limits, self.steering, self.particles))
 
@@ -96,6 +106,8 @@ class Flock(LastingSystem):
         self._neighbors.change(spec.perception.radius)
         self._rules.assign(wp.array([self._rule_row(spec)], dtype=flock.Rules, device=self.device))
         self._limits.assign(wp.array([limit_row(spec, self.pace.dt)], dtype=flight.Limits, device=self.device))
+        if spec.vicsek:
+            self._vicsek.assign(wp.array([self._vicsek_row(spec)], dtype=flight.Vicsek, device=self.device))
 
     @property
     def remedy(self) -> str:
@@ -148,6 +160,6 @@ def limit_row(spec, h: float) -> flight.Limits:
 
 def starting_speed(spec) -> float:
     """Return how fast boids start that get their headings at random [m/s]."""
-    if spec.start.speed is not None:
-        return spec.start.speed
+    if spec.vicsek or spec.start.speed is not None:
+        return spec.vicsek.speed if spec.vicsek else spec.start.speed
     return 0.5 * sum(spec.speed) if spec.speed else 1.0
