@@ -1,11 +1,12 @@
-"""Native loop over the springs of a network for the CPU, beside the plain kernel whose bits it shares; see loops.py."""
+"""Native loops over the springs, kicks and pins of a network for the CPU, beside the plain kernels whose bits they share; see loops.py."""
 
 import warp as wp
 
 from warpsim.kernels.emission import Particles
+from warpsim.kernels.environment import Environment
 from warpsim.kernels.loops import share, snippet
-from warpsim.kernels.planar import write3
-from warpsim.kernels.springs import Network, spring_force, sum_springs
+from warpsim.kernels.planar import read3, write3
+from warpsim.kernels.springs import Network, Pins, hold_pin, spring_force, sum_springs
 
 SPRINGS = """
     constexpr int B = @BLOCK@;
@@ -48,3 +49,55 @@ def accumulate_springs(part: int, part_count: int, network: Network, particles: 
     """Store what the springs do to one part of the points."""
     cut = share(part + wp.tid(), part_count, network.point_count)
     spring_range(cut[0], cut[1], network, particles, internal_out)
+
+
+KICK = """
+    const int S = velocity.shape[1];
+    for (int c = 0; c < 3; ++c) {
+        float* V = velocity.data + c * S;
+        const float* A = internal.data + c * S;
+        for (int i = begin; i < end; ++i) V[i] += A[i] * h;
+    }
+"""
+
+
+@wp.func_native(snippet(KICK))
+def kick_range(begin: int, end: int, h: float, internal: wp.array2d[float], velocity: wp.array2d[float]):
+    """Let the springs act on a range of points."""
+    for i in range(begin, end):
+        write3(velocity, i, read3(velocity, i) + read3(internal, i) * h)
+
+
+@wp.kernel(enable_backward=False)
+def kick_points(
+    part: int,
+    part_count: int,
+    h: float,
+    count: int,
+    opening: int,
+    clock: wp.array[wp.int64],
+    internal: wp.array2d[float],
+    velocity_inout: wp.array2d[float],
+):
+    """Let the springs act on one part of the points."""
+    cut = share(part + wp.tid(), part_count, count)
+    if int(clock[0]) > opening:
+        kick_range(cut[0], cut[1], h, internal, velocity_inout)
+
+
+@wp.kernel(enable_backward=False)
+def project_pins(
+    part: int,
+    part_count: int,
+    s: int,
+    dt: wp.float64,
+    pins: Pins,
+    environment: wp.array[Environment],
+    particles_inout: Particles,
+    counters_inout: wp.array[wp.int64],
+):
+    """Put the pins among one part of the points where they are held."""
+    cut = share(part + wp.tid(), part_count, pins.point_count)
+    for p in range(pins.point.shape[0]):
+        if pins.point[p] >= cut[0] and pins.point[p] < cut[1]:
+            hold_pin(p, s, dt, pins, environment[0], particles_inout, counters_inout)

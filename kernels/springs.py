@@ -45,6 +45,10 @@ class Pins:
     home: wp.array2d[float]  # (3, pins): where, but for the motion [m]
     motion: wp.array[wp.vec3i]  # (pins): signals of the displacement's components [m]; −1: none
     signals: Signals
+    path: wp.array[int]  # (pins): which of the paths, −1: none; those that move alike have one
+    paths: wp.array[wp.vec3i]  # (paths): signals of each
+    displacement: wp.array2d[wp.vec3]  # (substeps + 1, paths): at the beginning of each substep, and at the frame's end [m]
+    point_count: int  # of the whole network
 
 
 @wp.func(inline=True)
@@ -97,24 +101,47 @@ def kick_points(
 
 
 @wp.kernel(enable_backward=False)
+def sample_paths(first: int, dt: wp.float64, start_time: wp.array[wp.float64], pins: Pins, displacement_out: wp.array2d[wp.vec3]):
+    """Fill the table of the pins' displacements: element s · paths + k is path k at the beginning of substep s."""
+    count = pins.paths.shape[0]
+    s = (first + wp.tid()) // count
+    k = (first + wp.tid()) % count
+    displacement_out[s, k] = sample_strength(pins.signals, pins.paths[k], start_time[0] + wp.float64(s) * dt)
+
+
+@wp.func
+def hold_pin(
+    p: int,
+    s: int,
+    dt: wp.float64,
+    pins: Pins,
+    environment: Environment,
+    particles_inout: Particles,
+    counters_inout: wp.array[wp.int64],
+):
+    """Put a pin where it is held at the end of substep s, with the velocity that takes it there; note one that leaves the world."""
+    before = wp.vec3()
+    after = wp.vec3()
+    if pins.path[p] >= 0:
+        before = pins.displacement[s, pins.path[p]]
+        after = pins.displacement[s + 1, pins.path[p]]
+    x = read3(pins.home, p) + after
+    v = (after - before) * (1.0 / float(dt))
+    write3(particles_inout.position, pins.point[p], x)
+    write3(particles_inout.velocity, pins.point[p], v)
+    if inside(x, v, environment.extent) == 0:
+        counters_inout[FAULT] = wp.int64(1)
+
+
+@wp.kernel(enable_backward=False)
 def project_pins(
     first: int,
     s: int,
     dt: wp.float64,
-    start_time: wp.array[wp.float64],
     pins: Pins,
     environment: wp.array[Environment],
     particles_inout: Particles,
     counters_inout: wp.array[wp.int64],
 ):
-    """Put every pin where it is held at the end of substep s, with the velocity that takes it there; note one that leaves the world."""
-    p = first + wp.tid()
-    i = pins.point[p]
-    before = sample_strength(pins.signals, pins.motion[p], start_time[0] + wp.float64(s) * dt)
-    after = sample_strength(pins.signals, pins.motion[p], start_time[0] + wp.float64(s + 1) * dt)
-    x = read3(pins.home, p) + after
-    v = (after - before) * (1.0 / float(dt))
-    write3(particles_inout.position, i, x)
-    write3(particles_inout.velocity, i, v)
-    if inside(x, v, environment[0].extent) == 0:
-        counters_inout[FAULT] = wp.int64(1)
+    """Put every pin where it is held at the end of substep s."""
+    hold_pin(first + wp.tid(), s, dt, pins, environment[0], particles_inout, counters_inout)

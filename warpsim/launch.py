@@ -25,6 +25,8 @@ class Stage:
 
     With `launch` instead of a kernel it is a serial call that only enqueues device work. With `body` instead it is stages that are
     repeated while the first number of `condition` is not 0, `most` times at most; a stage of the body that is not its first sets it.
+    `own`: its loop writes points of the core's own share (share() in kernels/loops.py) and reads none of another's that the stages beside
+    it write, so that between two such stages nobody waits.
     """
 
     name: str
@@ -36,6 +38,7 @@ class Stage:
     body: Sequence["Stage"] = ()
     condition: wp.array | None = None
     most: int = 0
+    own: bool = False
 
 
 def available_cores() -> int:
@@ -93,13 +96,13 @@ class FrameGraph:
         return capture.graph
 
     def _launch_all(self, stages: Sequence[Stage], core: int, core_count: int) -> None:
-        """Launch one core's part of stages, one after the other; all cores meet after each."""
-        for stage in stages:
+        """Launch one core's part of stages, one after the other; all cores meet after each, but between two that keep to their own."""
+        for stage, following in zip(stages, [*stages[1:], None], strict=True):
             if stage.body:
                 self._repeat(stage, partial(self._launch_all, stage.body, core, core_count))
                 continue
             self._launch(stage, core, core_count)
-            if core_count > 1:
+            if core_count > 1 and not (self._keeps_to_itself(stage) and self._keeps_to_itself(following)):
                 inputs = [core_count, wp.uint64(yield_address()), self._barrier]
                 wp.launch(lifecycle_loops.resolve_barrier, 1, inputs, device=self.device)
 
@@ -110,6 +113,10 @@ class FrameGraph:
             return
         for _ in range(stage.most):  # an older driver: turns beyond the last that counts must change nothing
             body()
+
+    def _keeps_to_itself(self, stage: Stage | None) -> bool:
+        """Return whether each core's part of a stage is about points of its own share alone."""
+        return stage is not None and stage.own and stage.count > 1 and self.native
 
     def _kernel(self, stage: Stage) -> wp.Kernel | None:
         """Return what a stage launches here."""

@@ -42,6 +42,7 @@ class NetworkSystem(LastingSystem):
         self._pins, table = self._pin_rows(spec)
         self._pins.signals = table.tables(self.device)
         self.torn_springs = wp.zeros(0 if spec.tear is None else len(net.springs), dtype=int, device=self.device)
+        self._pins.displacement = wp.zeros((count + 1, len(self._pins.paths)), dtype=wp.vec3, device=self.device)
         self.solver = SOLVERS[spec.solver](self)
         self.parts = [part(self) for part in PARTS if part.wanted(spec)]
         if not self.solver.resolves or any(part.constrains for part in self.parts):
@@ -118,6 +119,11 @@ class NetworkSystem(LastingSystem):
         pins.point = wp.array(points, dtype=int, device=device)
         pins.home = wp.array(np.ascontiguousarray(self.net.points[points].T.reshape(3, -1)), dtype=float, device=device)
         pins.motion = wp.array([motion.get(i, wp.vec3i(-1, -1, -1)) for i in points], dtype=wp.vec3i, device=device)
+        paths = list({id(row): row for row in motion.values()}.values())
+        number = {id(row): k for k, row in enumerate(paths)}
+        pins.path = wp.array([number[id(motion[i])] if i in motion else -1 for i in points], dtype=int, device=device)
+        pins.paths = wp.array(paths, dtype=wp.vec3i, device=device)
+        pins.point_count = len(self.net.points)
         return pins, table
 
     def _inverse_masses(self, spec) -> np.ndarray:
@@ -130,6 +136,7 @@ class NetworkSystem(LastingSystem):
         """Yield the frame's stages; nothing here waits for the device."""
         self.native = native
         yield from self.surroundings.stages()
+        yield from self._sample_paths()
         yield from self.solver.stages()
         yield from self.points.stages(self.clock)
 
@@ -164,9 +171,15 @@ class NetworkSystem(LastingSystem):
         """Yield the stage that puts the pins where they belong at the end of substep s."""
         count = self._pins.point.shape[0]
         if count:
-            clock = (s, self.pace.dt, self.start_time)
-            inputs = (*clock, self._pins, self.surroundings.row, self.particles, self.population.counters)
-            yield Stage("pins", springs.project_pins, count, inputs)
+            inputs = (s, self.pace.dt, self._pins, self.surroundings.row, self.particles, self.population.counters)
+            yield Stage("pins", springs.project_pins, count, inputs, spring_loops.project_pins, own=True)
+
+    def _sample_paths(self) -> Iterator[Stage]:
+        """Yield the stage that works out where moved pins are at the end of each substep: once for all that move alike."""
+        table = self._pins.displacement
+        if table.size:
+            inputs = (self.pace.dt, self.start_time, self._pins, table)
+            yield Stage("pins", springs.sample_paths, table.size, inputs)
 
     @property
     def topology(self) -> dict[str, np.ndarray]:

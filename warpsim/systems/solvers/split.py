@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import final
 
 from warpsim.integrators import SECOND_ORDER_FORM
-from warpsim.kernels import springs
+from warpsim.kernels import spring_loops, springs
 from warpsim.launch import Stage
 from warpsim.systems.pairs import substep_of
 from warpsim.systems.solvers.base import NetworkSolver
@@ -50,10 +50,10 @@ class Split(NetworkSolver):
         system = self.system
         plain, loop = self._method.kernels(system.surroundings.has_colliders and not system.resolves)
         inputs = (substep_of(system.pace, s), system.clock, system.surroundings.row, system.particles, system.population.counters)
-        return Stage("advance", plain, system.population.capacity, inputs, loop)
+        return Stage("advance", plain, system.population.capacity, inputs, loop, own=True)
 
     def _kick(self, h: float) -> Stage:
         """Return the stage in which the springs act for a time h."""
         system = self.system
         inputs = (h, len(system.net.points), system.opening, system.clock, system.internal, system.particles.velocity)
-        return Stage("springs", springs.kick_points, system.population.capacity, inputs)
+        return Stage("springs", springs.kick_points, system.population.capacity, inputs, spring_loops.kick_points, own=True)
