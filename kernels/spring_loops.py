@@ -8,8 +8,13 @@ from warpsim.kernels.loops import share, snippet
 from warpsim.kernels.planar import read3, write3
 from warpsim.kernels.springs import Network, Pins, hold_pin, spring_force, sum_springs
 
-SPRINGS = """
-    constexpr int B = @BLOCK@;
+SPRINGS = r"""
+    constexpr int B = @BLOCK@, N = 16;
+    #define PULL(other) _Pragma("clang loop vectorize_width(16) interleave_count(1)") for (int t = q; t < q + N; ++t) { \
+        const int i = b + t, j = other; \
+        const vec f = $spring_force(vec(X[i], Y[i], Z[i]), vec(VX[i], VY[i], VZ[i]), vec(X[j], Y[j], Z[j]), \
+                                    vec(VX[j], VY[j], VZ[j]), R[t], K[t], C[t]); \
+        FX[t] += f[0]; FY[t] += f[1]; FZ[t] += f[2]; }
     const int S = particles.position.shape[1];
     const float *X = particles.position.data, *Y = X + S, *Z = Y + S;
     const float *VX = particles.velocity.data, *VY = VX + S, *VZ = VY + S;
@@ -21,11 +26,11 @@ SPRINGS = """
             const int* J = network.neighbor.data + (size_t)row * B;
             const float *R = network.rest.data + (size_t)row * B, *K = network.stiffness.data + (size_t)row * B;
             const float* C = network.damping.data + (size_t)row * B;
-            for (int t = 0; t < B; ++t) {
-                const int i = b + t, j = J[t];
-                const vec f = $spring_force(vec(X[i], Y[i], Z[i]), vec(VX[i], VY[i], VZ[i]), vec(X[j], Y[j], Z[j]),
-                                            vec(VX[j], VY[j], VZ[j]), R[t], K[t], C[t]);
-                FX[t] += f[0]; FY[t] += f[1]; FZ[t] += f[2];
+            for (int q = 0; q < B; q += N) {
+                int apart = 0;
+                for (int t = q; t < q + N; ++t) apart |= J[t] - J[q] - (t - q);
+                const int step = J[q] - (b + q);
+                if (apart) PULL(J[t]) else PULL(i + step)  // neighbors that lie in a row are loaded, others gathered: five times slower
             }
         }
         const int n = end - b < B ? end - b : B;
@@ -37,7 +42,7 @@ SPRINGS = """
 """
 
 
-@wp.func_native(snippet(SPRINGS, spring_force))
+@wp.func_native(snippet(SPRINGS.replace("\n    #define", "\n#define"), spring_force) + "#undef PULL\n")
 def spring_range(begin: int, end: int, network: Network, particles: Particles, internal: wp.array2d[float]):
     """Sum the springs of a range of points."""
     for i in range(begin, end):

@@ -3,9 +3,8 @@
 Symbols: d = x_j − x_i [m], d̂ its direction, r rest length [m], k stiffness [N/m], c damping [N·s/m]; the force on i is
 F = (k (|d| − r) + c (v_j − v_i)·d̂) d̂. d changes its sign with i and j and nothing else does, so action is reaction to the last bit.
 
-The springs of a point lie in slices of 64 points (sliced ELLPACK; Kreutzer et al. 2014): row r of a slice holds one spring of each
-of its points, so that a loop over points reads whole cache lines. A point with fewer springs has itself for a neighbor there: no
-distance, no force.
+The springs of a point lie in slices of 64 points (sliced ELLPACK; Kreutzer et al. 2014): a row of a slice holds one spring of each
+of its points, so that a loop over points reads whole cache lines. Where a point has none in a row, stiffness and damping are 0.
 """
 
 import warp as wp

@@ -16,18 +16,54 @@ GRAVITY, ALPHA = (0.3, -9.81, 0.0), 0.4
 MOTION = {"pins": [3], "keyframes": [[0.0, [0, 0, 0]], [0.1, [0.2, 0, 0.1]], [0.2, [0.2, 0.3, 0.1]]]}
 
 
-@pytest.mark.parametrize("count", [1, 2, 63, 64, 65, 200])
-def test_every_spring_is_packed_twice_in_order(count):
+def random_springs(count: int) -> np.ndarray:
     rng = np.random.default_rng(count)
-    springs = np.array([(i, j) for i in range(count) for j in range(i) if rng.random() < 0.1], np.int32).reshape(-1, 2)
+    return np.array([(i, j) for i in range(count) for j in range(i) if rng.random() < 0.1], np.int32).reshape(-1, 2)
+
+
+def check_entries(net, springs: np.ndarray, count: int) -> None:
+    """Every spring has one entry at either end, and nothing else has one."""
+    lanes = np.repeat(np.arange(len(net.begin) - 1), np.diff(net.begin))[:, None] * 64 + np.arange(64)
+    row, lane = np.nonzero(net.spring >= 0)
+    point, number = lanes[row, lane], net.spring[row, lane]
+    assert sorted(zip(point, number, strict=True)) == sorted((i, n) for n, pair in enumerate(springs.tolist()) for i in pair)
+    assert (springs[number].sum(axis=1) - point == net.neighbor[row, lane]).all()
+    assert (net.neighbor >= 0).all() and (net.neighbor < 64 * (len(net.begin) - 1)).all() and point.max(initial=0) < count
+
+
+@pytest.mark.parametrize("count", [1, 2, 63, 64, 65, 200])
+def test_every_spring_is_packed_twice(count):
+    springs = random_springs(count)
     net = packed(count, springs)
-    for i in range(64 * (len(net.begin) - 1)):
-        rows = range(net.begin[i // 64], net.begin[i // 64 + 1])
-        mine = [(net.spring[row, i % 64], net.neighbor[row, i % 64]) for row in rows]
-        expected = [(n, springs[n].sum() - i) for n in range(len(springs)) if i in springs[n]]
-        assert mine == expected + [(-1, i)] * (len(rows) - len(expected))
+    check_entries(net, springs, count)
     numbers = np.arange(len(springs)) + 0.5
     assert (net.values(numbers).reshape(net.spring.shape) == np.append(numbers, 0.0)[net.spring]).all()
+
+
+def test_springs_of_a_tangle_are_packed_in_order():
+    springs = random_springs(200)
+    net = packed(200, springs)
+    for i in range(200):
+        mine = net.spring[net.begin[i // 64] : net.begin[i // 64 + 1], i % 64]
+        expected = np.flatnonzero((springs == i).any(axis=1))
+        assert (mine[: len(expected)] == expected).all() and (mine[len(expected) :] == -1).all()
+
+
+@pytest.mark.parametrize("shape", [(300,), (33, 20), (9, 9, 9)])
+def test_neighbors_in_a_grid_lie_in_rows(shape):
+    """Each row of a slice has one step to the neighbor; what it has where there is no spring goes on the row, and pulls with nothing."""
+    number = np.arange(np.prod(shape)).reshape(shape)
+    pairs = []
+    for step in np.ndindex(*(3,) * len(shape)):
+        ends = [number[tuple(slice(max(0, -d), min(n, n - d)) for n, d in zip(shape, np.array(s) * (np.array(step) - 1), strict=True))]
+                for s in ([1] * len(shape), [-1] * len(shape))]  # fmt: skip
+        pairs += [pair for pair in zip(ends[0].ravel().tolist(), ends[1].ravel().tolist(), strict=True) if pair[0] < pair[1]]
+    springs = np.array(pairs, np.int32)
+    net = packed(number.size, springs)
+    check_entries(net, springs, number.size)
+    quarters = net.neighbor.reshape(-1, 4, 16)
+    assert (quarters - quarters[:, :, :1] == np.arange(16)).all(axis=2).mean() > 0.9
+    assert not net.values(np.ones(len(springs)))[net.spring.reshape(-1) < 0].any()
 
 
 def test_a_force_equals_the_twin_and_its_reaction():
