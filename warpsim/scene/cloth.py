@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 
 from warpsim.scene.base import Direction, Mistake, Number, Spec, Vec3, mistakes
 from warpsim.scene.generators import GridOfPoints, Side, parallel_mistakes
+from warpsim.scene.layers import SelfCollision, SelfCollisionForm, layer_mistakes, layers_of
 from warpsim.scene.springs import Network, Pin, motion_mistakes, pin_mistakes, solver_mistakes
 
 _RIGHT = 1e-3  # cosine up to which an angle is right: coordinates are typed with few digits
@@ -46,6 +47,9 @@ class Cloth(Network):
         0.0,
         description="Drag of the flow across the sheet, F = air A ((u - v) n) n with the area A and the normal n of a point [kg/(m^2 s)].",
     )
+    self_collision: SelfCollisionForm = Field(
+        False, description="Whether it meets itself where it folds: true or false, or a mapping with distance and friction."
+    )
     pins: tuple[Pin, ...] = Field(
         (), max_length=200_000, description="Points that are held: left, right, top, bottom, corners, [i, j], or numbers."
     )
@@ -54,6 +58,11 @@ class Cloth(Network):
     def generator(self) -> GridOfPoints:
         """The grid of its points."""
         return GridOfPoints.model_construct(resolution=self.resolution, corner=self.corner, edges=self.edges)
+
+    @property
+    def layers(self) -> SelfCollision | None:
+        """How its layers meet, the distance filled in; None where they do not."""
+        return layers_of(self.self_collision, self.edges, self.resolution)
 
     @property
     def point_count(self) -> int:
@@ -80,6 +89,7 @@ class Cloth(Network):
             found += parallel
         elif self.bending and abs(_cosine(*self.edges)) > _RIGHT:
             found.append(Mistake(("edges",), "with bending the edges must be at right angles to each other", ("edges", "bending")))
+        found += layer_mistakes(self.self_collision, self.edges, self.resolution)
         where = [(("pins",), self.pins)] + [(("pin_motion", k, "pins"), motion.pins) for k, motion in enumerate(self.pin_motion)]
         strange = [mistake for path, pins in where for mistake in pin_mistakes(path, pins, self.generator)]
         found += strange or motion_mistakes(self)

@@ -80,9 +80,10 @@ class LastingSystem(ABC):
         return row, flow, forces, [thickened(one, spec.thickness) for one in colliders if one.action == BOUNCE]
 
     def resolve_contacts(self) -> None:
-        """Let begin() and resolve() do their work from now on; before any stage is made."""
-        self.resolves = True
-        self.start = wp.zeros((6, self.population.capacity), dtype=float, device=self.device)
+        """Let begin() and resolve() do their work from now on; before any stage is made. Once is enough."""
+        if not self.resolves:
+            self.resolves = True
+            self.start = wp.zeros((6, self.population.capacity), dtype=float, device=self.device)
 
     def begin(self) -> Iterator[Stage]:
         """Yield the stage that notes where a substep finds the points, if somebody wants to know; before anything moves."""

@@ -17,19 +17,24 @@ def bits_for(count: int) -> int:
 class Neighbors:
     """The hashed grid of a population: marked by whoever knows which particles take part, then sorted and gathered by the stages here.
 
-    `reach` [m]: nobody farther away is found for sure, everybody nearer is. `rows`: of the slab, position first, that are gathered.
+    `reach` [m]: nobody farther away is found for sure, everybody nearer is. `rows`: of the slab, position first, that are gathered; or
+    `places`, other planar rows. `counters` say of how many, if not those of the population.
     """
 
-    def __init__(self, population: Population, reach: float, rows: int = 3):
+    def __init__(
+        self, population: Population, reach: float, rows: int = 3, places: wp.array | None = None, counters: wp.array | None = None
+    ):
         device, capacity = population.device, population.capacity
         self.population, self._bits = population, bits_for(capacity)
+        self._places = population.rows(rows) if places is None else places
+        self._counters = population.counters if counters is None else counters
         self.grid = grid.Grid()
         self.grid.edges = wp.zeros(1, dtype=wp.float64, device=device)
         self.grid.strides = wp.array(list(grid.STRIDES), dtype=wp.vec2ui, device=device)
         self.grid.bucket = wp.zeros(capacity, dtype=int, device=device)
         self.grid.order = wp.zeros(capacity, dtype=int, device=device)
         self.grid.begin = wp.zeros((1 << self._bits) + 2, dtype=int, device=device)
-        self.sorted = wp.zeros((rows, capacity), dtype=float, device=device)
+        self.sorted = wp.zeros((self._places.shape[0], capacity), dtype=float, device=device)
         self.change(reach)
 
     def change(self, reach: float) -> None:
@@ -41,16 +46,16 @@ class Neighbors:
 
         The same stages serve every substep.
         """
-        counters, capacity = self.population.counters, self.population.capacity
+        counters, capacity = self._counters, self.population.capacity
         if native:
             yield from self._passes()
         else:
             yield from self._counting_sort()
-        inputs = (counters, self.grid, self.population.rows(self.sorted.shape[0]), self.sorted)
+        inputs = (counters, self.grid, self._places, self.sorted)
         yield Stage("neighbors", grid.gather_rows, capacity, inputs, grid_loops.gather_rows)
 
     def _passes(self) -> Iterator[Stage]:
-        counters, capacity, device = self.population.counters, self.population.capacity, self.population.device
+        counters, capacity, device = self._counters, self.population.capacity, self.population.device
         sorting = grid_loops.Sorting()
         sorting.tally = wp.zeros((MOST_CORES, (1 << self._bits // 2) + 1), dtype=int, device=device)
         sorting.loose = wp.zeros(capacity, dtype=wp.vec2i, device=device)
@@ -59,7 +64,7 @@ class Neighbors:
 
     def _counting_sort(self) -> Iterator[Stage]:
         """Yield a sort of plain kernels and a scan: Warp's own keeps a buffer that a captured graph may outlive."""
-        counters, capacity, device = self.population.counters, self.population.capacity, self.population.device
+        counters, capacity, device = self._counters, self.population.capacity, self.population.device
         tally, arrival, loose = wp.zeros_like(self.grid.begin), wp.zeros_like(self.grid.bucket), wp.zeros_like(self.grid.bucket)
         arrivals = [0, counters, self.grid.bucket, tally, arrival]
         yield Stage("neighbors", grid.clear_tallies, len(tally), (tally,))

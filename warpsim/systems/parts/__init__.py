@@ -4,8 +4,9 @@ from warpsim.systems.parts.base import Part
 from warpsim.systems.parts.bending import Bending
 from warpsim.systems.parts.grip import Grip
 from warpsim.systems.parts.muscles import Muscles
+from warpsim.systems.parts.self_collision import SelfCollision
 from warpsim.systems.parts.tearing import Tearing
 
-PARTS: tuple[type[Part], ...] = (Muscles, Grip, Bending, Tearing)
+PARTS: tuple[type[Part], ...] = (Muscles, Grip, Bending, SelfCollision, Tearing)
 
-__all__ = ["PARTS", "Part"]
+__all__ = ["PARTS", "Part", "SelfCollision"]

@@ -1,0 +1,71 @@
+"""Layers: how a sheet meets itself where it folds, and at which distance its points must be kept for that."""
+
+import math
+from collections.abc import Sequence
+from typing import Annotated
+
+from pydantic import Field
+
+from warpsim.scene.base import Mistake, Number, Spec, Truth, one_of_forms
+
+CORE = 1.1  # how many times nearer than the distance two points of different layers never come
+SPARE = 1.15  # of the least core, the distance that is taken where none is given: edges may be stretched by 1.15/1.1
+_FARTHEST = 4.0  # of the least core, the largest distance
+
+
+class SelfCollision(Spec):
+    """How the layers of a sheet that folds onto itself meet: they are kept apart, rub, and never pass through each other."""
+
+    distance: Annotated[Number, Field(gt=0.0, le=1e6)] | None = Field(
+        None, description="At which the points of layers are kept; absent: 1.15 times a cell's longest diagonal over sqrt(2) [m]."
+    )
+    friction: Annotated[Number, Field(ge=0.0, le=1e6)] = Field(0.3, description="Coulomb's, between layers [1].")
+
+
+SelfCollisionForm = one_of_forms(
+    {"switch": Truth, "numbers": SelfCollision}, lambda value: "switch" if isinstance(value, bool) else "numbers"
+)
+
+
+def layers_of(asked: bool | SelfCollision, edges: Sequence, resolution: Sequence[int]) -> SelfCollision | None:
+    """Return how the layers of a sheet meet, the distance filled in; None where they do not."""
+    if asked is False:
+        return None
+    layers = SelfCollision() if asked is True else asked
+    return layers if layers.distance else layers.model_copy(update={"distance": SPARE * least_core(edges, resolution)})
+
+
+def least_core(edges: Sequence, resolution: Sequence[int]) -> float:
+    """Return c, so that no edge of a layer at rest reaches through a triangle of another while all their points are farther apart [m].
+
+    An edge of length l that goes through a triangle has an end within l/2 of it, beside a corner at most R away: c² = (l/2)² + R².
+    """
+    a, b = ([x / (n - 1) for x in edge] for edge, n in zip(edges, resolution, strict=True))
+    diagonals = [math.hypot(*(x + y for x, y in zip(a, b, strict=True))), math.hypot(*(x - y for x, y in zip(a, b, strict=True)))]
+    sides = math.hypot(*a), math.hypot(*b)
+    return math.hypot(0.5 * max(diagonals), max(_farthest_within(*sides, one) for one in diagonals))
+
+
+def _farthest_within(*sides: float) -> float:
+    """Return R, how far from its nearest corner a point of a triangle with these sides can be [m]: the radius round it, if it is acute."""
+    a, b, c = sorted(sides)
+    if a * a + b * b <= c * c * (1.0 + 1e-9):
+        return 0.5 * c
+    return a * b * c / math.sqrt((a + b + c) * (b + c - a) * (a + c - b) * (a + b - c))
+
+
+def layer_mistakes(asked: bool | SelfCollision, edges: Sequence, resolution: Sequence[int]) -> list[Mistake]:
+    """Return the mistake where layers are asked to be so near that points slip through, or so far apart that they could not lie."""
+    distance, least = getattr(asked, "distance", None), least_core(edges, resolution)
+    if distance is None or CORE * least <= distance <= _FARTHEST * least:
+        return []
+    why = "edges of one layer would slip between the points of another" if distance < least * CORE else "no fold would be so wide"
+    allowed = f"allowed: {_rounded(CORE * least):g} to {_rounded(_FARTHEST * least, math.floor):g} m; with more points less"
+    message = f"{distance:g} m does not suit cells of this size: {why} ({allowed})"
+    return [Mistake(("self_collision", "distance"), message, ("self_collision", "edges", "resolution"))]
+
+
+def _rounded(x: float, to=math.ceil) -> float:
+    """Return a length rounded to three digits, so that it may be typed."""
+    step = 10.0 ** (math.floor(math.log10(x)) - 2)
+    return to(x / step) * step
