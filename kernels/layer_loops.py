@@ -1,4 +1,4 @@
-"""Native loops over the points of a sheet that lies on itself, for the CPU, beside the plain kernels whose bits they share; see loops.py."""
+"""Native loops over the points of a sheet that meets itself, for the CPU, beside the plain kernels whose bits they share; see loops.py."""
 
 import warp as wp
 
@@ -182,9 +182,7 @@ def list_range(begin: int, end: int, grid: Grid, sorted: wp.array2d[float], layo
 
 
 @wp.kernel(enable_backward=False)
-def list_near(
-    part: int, part_count: int, counters: wp.array[wp.int64], grid: Grid, sorted: wp.array2d[float], layers_inout: Layers
-):
+def list_near(part: int, part_count: int, counters: wp.array[wp.int64], grid: Grid, sorted: wp.array2d[float], layers_inout: Layers):
     """Make the lists of one part of the points, if there is a search."""
     active = int(counters[ACTIVE])
     cut = share(part + wp.tid(), part_count, active)

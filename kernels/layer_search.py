@@ -1,9 +1,9 @@
 """Layer search: who of a sheet may touch whom, as lists that serve for many substeps.
 
-Symbols: x0 a place at a substep's beginning, x one later in it, x* the one when the lists were made [m]. A list holds everybody within the reach
-d + 2 (drift + stride + push) at x*. As long as x0 − x* differs from point to point by less than the drift (half the diagonal of the box that holds all of them),
-nobody who can touch within the substep is missing. Whoever does not touch changes nothing: no bit depends on when the lists were made.
-Points that are neighbors at rest, and pairs of pins, are in no list.
+Symbols: x0 a place at a substep's beginning, x one later in it, x* the one when the lists were made [m]. A list holds everybody within the
+reach d + 2 (drift + stride + push) of x*. As long as all x0 − x* are in a box whose half diagonal is less
+than the drift, nobody who can touch within the substep is missing; and whoever does not touch changes nothing, so that no bit
+depends on when the lists were made. Points that are neighbors at rest, and pairs of pins, are in no list.
 """
 
 import warp as wp
@@ -59,7 +59,7 @@ def measure_motion(first: int, layers_inout: Layers, particles: Particles):
 
 @wp.kernel(enable_backward=False)
 def decide_search(first: int, s: int, layers_inout: Layers, counters_out: wp.array[wp.int64]):
-    """Decide for substep s whether the lists are made anew, what the common motion is, and whether anybody goes farther than a stride beside it."""
+    """Decide whether substep s makes the lists anew; store the common motion, and whether anybody goes farther than a stride beside it."""
     low = read_box(layers_inout, 0, 0)
     high = read_box(layers_inout, 3, 0)
     least = read_box(layers_inout, 6, 0)

@@ -1,14 +1,14 @@
 """Layers: what the points of a sheet do to those that it folds onto, so that it never passes through itself.
 
-Symbols: d the distance kept between layers [m], D = |x_i − x_j| that of two points, n = (x_i − x_j)/D; u = v_i − v_j, u_n = u·n and u_t = u − u_n n;
-w = 1/m; N_i how many points touch i; μ the friction. Two points touch where D < d. Their part in what becomes of i is
-  position  α w_i/(w_i + w_j) ((d − D) n + h Δu_t),   velocity  α w_i/(w_i + w_j) (Δu_n n + Δu_t),   α = 1/max(N_i, N_j),
+Symbols: d the distance kept between layers [m], D = |x_i − x_j| that of two points, n = (x_i − x_j)/D; u = v_i − v_j, u_n = u·n and
+u_t = u − u_n n; w = 1/m; N_i how many points touch i; μ the friction. Two points touch where D < d. What one does to the other is
+  position  α w_i/(w_i + w_j) ((d − D) n + h Δu_t),   velocity  α w_i/(w_i + w_j) (Δu_n n + Δu_t),   α = min(ω/max(N_i, N_j), 1),
   Δu_n = max(−u_n, 0),   Δu_t = −u_t min(1, μ Δu_n/|u_t|):
-an impact without rebound and Coulomb's friction, taken from all pairs at once (Jacobi). i and j get opposite parts, so momentum stays; α keeps the
-sum of all pairs from turning more than each would alone, so kinetic energy never grows (docs/adr/0027-self-collision.md).
+an impact without rebound and Coulomb's friction, taken from all pairs at once (Jacobi). i and j get opposite parts, so momentum stays; with
+ω <= 2 all pairs together never add kinetic energy (docs/adr/0027-self-collision.md).
 
-What a substep does to the sheet is measured beside its common motion t, and no pair comes nearer than the core c: a substep in which one would is
-braked as a whole, each point going no farther toward another than half of what is left between them.
+A substep is looked at beside the sheet's common motion t. No pair comes nearer than the core c: a substep in which one would is braked as a
+whole, no point going farther toward another than half of what is left between them.
 Source: Bridson, Fedkiw & Anderson 2002 for impacts and friction; Wang et al. 2023, Chen et al. 2025 for bounds on displacement.
 """
 
@@ -19,7 +19,7 @@ from warpsim.kernels.planar import read3, write3
 from warpsim.kernels.points import started
 
 LANES = wp.constant(64)  # points of a slice of the lists; the native loops' block
-RELAXATION = wp.constant(1.75)  # between 1 and 2: how much of what all pairs ask for is done at once
+RELAXATION = wp.constant(1.75)  # ω, between 1 and 2: how much of what all pairs ask for is done at once
 CLOSEST = wp.constant(1.0e-30)  # [m²]: points nearer than 1e-15 m have no direction, and push along y
 
 DISTANCE, CORE, FRICTION, REACH, DRIFT, STRIDE, MOST_PUSH, STEP, FOLLOWS = range(9)  # numbers of Layers
@@ -69,7 +69,7 @@ def collides(r0: wp.vec3, r1: wp.vec3, core: float) -> int:
 
 @wp.func
 def push_pair(r: wp.vec3, u: wp.vec3, side: float, d: float, friction: float, most: float, h: float) -> Push:
-    """Return how a pair changes r = x_i − x_j and u = v_i − v_j: apart, without rebound, with friction; side: ±1, where r is none.  Source: Bridson 2002."""
+    """Return how a pair changes r = x_i − x_j and u = v_i − v_j; side ±1 is where i lies if r is none.  Source: Bridson 2002."""
     push = Push()
     square = wp.dot(r, r)
     length = wp.sqrt(square)

@@ -21,10 +21,10 @@ def crossings(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
         return np.zeros((0, 2), int)
     sides = points[edges]
     longest = np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1).max()
-    # A crossing edge has its middle within half of itself of the triangle, and a triangle its center within 2/√3/2 of an edge of each of its points.
+    # Where they cross is within 1/2 of the longest edge from the middle of one, and within 2/3 from the center of a triangle.
     found = [
         pair[_pierces(points, edges, triangles, pair, longest)]
-        for pair in _near(sides.mean(axis=1), points[triangles].mean(axis=1), 1.1 * longest)
+        for pair in _near(sides.mean(axis=1), points[triangles].mean(axis=1), 1.17 * longest)
     ]
     return np.concatenate(found) if found else np.zeros((0, 2), int)
 

@@ -8,6 +8,7 @@ from warpsim.scene.assets import assets_of
 from warpsim.scene.events import events_of, has_colors
 from warpsim.scene.flocks import Flock
 from warpsim.scene.forces import felt_pairs
+from warpsim.scene.layers import longest_list
 from warpsim.scene.obstacles import answers
 from warpsim.scene.pacing import is_adaptive, substep_count
 from warpsim.scene.particles import MULTISTEP_SOLVERS
@@ -26,6 +27,7 @@ SOLVER_BYTES = {"implicit_euler": (124, 72)}  # what a solver keeps of a network
 BYTES_PER_BREAKABLE = 64  # of a spring that may tear: in the table, its entries, whether it is torn, now and in kept states
 LAYOUT_PER_POINT, LAYOUT_PER_SPRING = 100, 400  # bytes on the host while a network is laid out and advised, before the device has it
 BYTES_PER_VERTEX = 24  # at least, of a mesh file
+BYTES_PER_LAYER_POINT = 80  # of a sheet that meets itself, without its lists: places, pushes, counts
 BYTES_PER_SEGMENT = 40  # a run of births within a frame
 GIB = 1 << 30
 
@@ -42,7 +44,7 @@ def estimate_memory(scene: Scene) -> int:
         total += (2 * count + 1) * (flow_row_count(scene) + len(scene.forces)) * BYTES_PER_PRIMITIVE
         total += (2 * count + 2) * len(scene.colliders) * BYTES_PER_COLLIDER
         if isinstance(system, Network):
-            total += network_memory(system)
+            total += network_memory(system) + layer_memory(system, 1.0 / (scene.time.fps * count))
             continue
         if isinstance(system, Flock):
             total += flock_memory(system)
@@ -104,6 +106,15 @@ def network_memory(system: Network) -> int:
     per_point, per_spring = SOLVER_BYTES.get(system.solver, (0, 0))
     per_spring += BYTES_PER_SPRING + (0 if system.tear is None else BYTES_PER_BREAKABLE)
     return 4 * points * state + points * (BYTES_PER_POINT + per_point) + springs * per_spring  # also the state to start anew from
+
+
+def layer_memory(system: Network, h: float) -> int:
+    """Return the bytes that a sheet takes to meet itself, with substeps of h [s]: lists, a grid, places and pushes."""
+    layers = system.layers if system.type == "cloth" else None
+    if layers is None:
+        return 0
+    lists = 4 * longest_list(layers.distance, h, system.edges, system.resolution)
+    return (lists + BYTES_PER_LAYER_POINT + BYTES_PER_NEIGHBOR) * (system.point_count + 1024)
 
 
 def flock_memory(system: Flock) -> int:

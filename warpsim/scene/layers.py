@@ -10,6 +10,9 @@ from warpsim.scene.base import Mistake, Number, Spec, Truth, one_of_forms
 
 CORE = 1.1  # how many times nearer than the distance two points of different layers never come
 SPARE = 1.15  # of the least core, the distance that is taken where none is given: edges may be stretched by 1.15/1.1
+DRIFT = 0.2  # of the distance: how far points may drift apart before it is looked anew who is near whom
+PUSH = 0.05  # of the distance: how far a pair is pushed out of each other in a substep
+SPEED = 8.0  # [m/s]: how fast a point may go beside the sheet as a whole
 _FARTHEST = 4.0  # of the least core, the largest distance
 
 
@@ -52,6 +55,18 @@ def _farthest_within(*sides: float) -> float:
     if a * a + b * b <= c * c * (1.0 + 1e-9):
         return 0.5 * c
     return a * b * c / math.sqrt((a + b + c) * (b + c - a) * (a + c - b) * (a + b - c))
+
+
+def reach_of(distance: float, h: float) -> float:
+    """Return how far apart two points may be that can touch before it is looked anew, with substeps of h [s] [m]."""
+    return distance + 2.0 * (DRIFT * distance + SPEED * h + PUSH * distance)
+
+
+def longest_list(distance: float, h: float, edges: Sequence, resolution: Sequence[int]) -> int:
+    """Return how many neighbors a point's list has room for: those of five layers at rest within the reach, and some."""
+    a, b = ([x / (n - 1) for x in edge] for edge, n in zip(edges, resolution, strict=True))
+    cell = math.hypot(*(a[k - 2] * b[k - 1] - a[k - 1] * b[k - 2] for k in range(3)))
+    return 32 + 16 * math.ceil(5.0 * math.pi * reach_of(distance, h) ** 2 / cell / 16.0)
 
 
 def layer_mistakes(asked: bool | SelfCollision, edges: Sequence, resolution: Sequence[int]) -> list[Mistake]:

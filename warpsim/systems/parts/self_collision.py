@@ -8,13 +8,9 @@ import warp as wp
 
 from warpsim.kernels import emission, layer_loops, layer_search, layers
 from warpsim.launch import Stage
-from warpsim.scene.layers import CORE
+from warpsim.scene.layers import CORE, DRIFT, PUSH, SPEED, longest_list, reach_of
 from warpsim.systems.neighbors import Neighbors
 from warpsim.systems.parts.base import Part
-
-DRIFT = 0.2  # of the distance: how far points may drift apart before the lists are made anew
-PUSH = 0.05  # of the distance: how far a pair is pushed out of each other in a substep
-SPEED = 8.0  # [m/s]: how fast a point may go beside the common motion
 
 
 @final
@@ -33,13 +29,14 @@ class SelfCollision(Part):
         system.resolve_contacts()  # which notes where a substep finds the points
         capacity, device = system.population.capacity, system.device
         self._counters = wp.zeros(emission.COUNTER_COUNT, dtype=wp.int64, device=device)
-        rows = self._rows()
+        spec, h = system.spec, system.pace.dt
+        rows = longest_list(spec.layers.distance, h, spec.edges, spec.resolution)
         self.layers = layers.Layers()
         self.layers.point_count, self.layers.rows = system.point_count, rows
         self.layers.opening, self.layers.inverse_mass, self.layers.start = system.opening, system.inverse_mass, system.start
         self.layers.numbers = wp.zeros(9, dtype=float, device=device)
         self.layers.rest = wp.zeros(1, dtype=wp.vec3, device=device)
-        down, across = np.divmod(np.arange(capacity), system.spec.resolution[0])
+        down, across = np.divmod(np.arange(capacity), spec.resolution[0])
         self.layers.place = wp.array(np.stack([across, down], axis=1), dtype=wp.vec2i, device=device)
         self.layers.reference = wp.zeros((3, capacity), dtype=float, device=device)
         self.layers.count = wp.zeros(capacity, dtype=int, device=device)
@@ -52,37 +49,21 @@ class SelfCollision(Part):
         self._neighbors = Neighbors(system.population, 1.0, system.start[0:3], self._counters)
         self.change()
 
-    def _lengths(self) -> dict[str, float]:
-        """Return distance, stride and reach [m]."""
-        d = self.system.spec.layers.distance
-        stride = SPEED * self.system.pace.dt
-        return {"distance": d, "stride": stride, "reach": d + 2.0 * (DRIFT * d + stride + PUSH * d)}
-
-    def _rows(self) -> int:
-        """Return how many one list may hold: five layers of points at rest within the reach."""
-        area = np.linalg.norm(np.cross(*self._cell()))
-        return 32 + 16 * int(np.ceil(5.0 * np.pi * self._lengths()["reach"] ** 2 / area / 16.0))
-
-    def _cell(self) -> list[np.ndarray]:
-        """Return the edges of a cell at rest, (3,) each [m]."""
-        spec = self.system.spec
-        return [np.array(edge, float) / (n - 1) for edge, n in zip(spec.edges, spec.resolution, strict=True)]
-
     def change(self) -> None:
         """Take the numbers of `system.spec`, in place."""
-        spec, along, down = self.system.spec, *self._cell()
-        lengths = self._lengths()
+        spec, h = self.system.spec, self.system.pace.dt
+        along, down = (np.array(edge, float) / (n - 1) for edge, n in zip(spec.edges, spec.resolution, strict=True))
+        d, reach = spec.layers.distance, reach_of(spec.layers.distance, h)
         numbers = np.zeros(9, np.float32)
-        numbers[layers.DISTANCE], numbers[layers.STRIDE], numbers[layers.REACH] = lengths["distance"], lengths["stride"], lengths["reach"]
-        numbers[layers.CORE], numbers[layers.DRIFT] = lengths["distance"] / CORE, DRIFT * lengths["distance"]
-        numbers[layers.MOST_PUSH], numbers[layers.FRICTION] = PUSH * lengths["distance"], spec.layers.friction
-        numbers[layers.STEP], numbers[layers.FOLLOWS] = self.system.pace.dt, not spec.pins
+        numbers[layers.DISTANCE], numbers[layers.CORE], numbers[layers.REACH] = d, d / CORE, reach
+        numbers[layers.DRIFT], numbers[layers.STRIDE], numbers[layers.MOST_PUSH] = DRIFT * d, SPEED * h, PUSH * d
+        numbers[layers.FRICTION], numbers[layers.STEP], numbers[layers.FOLLOWS] = spec.layers.friction, h, not spec.pins
         self.layers.numbers.assign(numbers)
         self.layers.rest.assign(np.array([[along @ along, along @ down, down @ down]], np.float32))
         flags = self.layers.flags.numpy()
         flags[layers.CROWDED] = 1  # whoever was too far away may be near enough now: the lists are made anew
         self.layers.flags.assign(flags)
-        self._neighbors.change(lengths["reach"])
+        self._neighbors.change(reach)
 
     def constrain(self, s: int) -> Iterator[Stage]:
         """Yield the stages that find who touches whom, and push layers apart."""
