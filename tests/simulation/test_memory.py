@@ -9,6 +9,7 @@ from warpsim import Scene, SceneError, Simulation, memory
 from warpsim.kernels.forces import ForceField
 from warpsim.kernels.primitive import FlowPrimitive
 from warpsim.population import FIELDS
+from warpsim.systems.parts import SelfCollision
 
 
 def test_the_estimate_knows_the_sizes_of_the_real_tables():
@@ -79,3 +80,14 @@ def test_what_implicit_euler_keeps_is_counted(generator):
     taken = sum(array.capacity for array in arrays.values())
     counted = memory.estimate_memory(implicit) - memory.estimate_memory(simple)
     assert 0.8 * taken <= counted <= 1.5 * taken
+
+
+def test_the_estimate_counts_what_a_sheet_needs_to_meet_itself():
+    """All arrays of the part and of its grid, of a sheet of 6400 points: no less, and not more than twice as much."""
+    keys = {"type": "cloth", "resolution": [80, 80], "edges": [[1, 0, 0], [0, 1, 0]], "structural": {"stiffness": 10}}
+    alone, met = (network(self_collision=asked, **keys) for asked in (False, True))
+    part = next(part for part in Simulation(met, device="cpu").systems["s"].parts if isinstance(part, SelfCollision))
+    structs = (part.layers, part._neighbors.grid)
+    arrays = [a for struct in structs for name in struct._cls.vars if isinstance(a := getattr(struct, name), wp.array)]
+    taken = sum(array.capacity for array in arrays if array is not part.layers.inverse_mass)
+    assert taken <= memory.estimate_memory(met) - memory.estimate_memory(alone) <= 2 * taken

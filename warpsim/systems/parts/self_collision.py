@@ -46,7 +46,7 @@ class SelfCollision(Part):
         self.layers.boxes = wp.zeros((12, -(-system.point_count // 64)), dtype=float, device=device)
         self.layers.middle = wp.zeros(3, dtype=float, device=device)
         self.layers.flags = wp.zeros(6, dtype=int, device=device)
-        self._neighbors = Neighbors(system.population, 1.0, system.start[0:3], self._counters)
+        self._neighbors = Neighbors(system.population, 1.0, places=system.start[0:3], counters=self._counters)
         self.change()
 
     def change(self) -> None:
