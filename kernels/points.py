@@ -71,3 +71,5 @@ def resolve_points(
             passage = meet_colliders(i, s, pace.dt, age, x0, v0, body.x, body.v, pace, environment[0], particles_inout, counters_inout)
             write3(particles_inout.position, i, passage.x)
             write3(particles_inout.velocity, i, passage.v)
+            if passage.hits > 0 and particles_inout.history_count.shape[0] > 0:
+                particles_inout.history_count[i] = 0  # what drove it before says nothing of what comes now

@@ -13,7 +13,7 @@ from warpsim.kernels.emission import FAULT, Particles
 from warpsim.kernels.environment import Environment, sample_strength
 from warpsim.kernels.integration import inside
 from warpsim.kernels.planar import read3, write3
-from warpsim.kernels.signals import Signals
+from warpsim.kernels.signals import Signals, sample_signal
 
 SLICE = wp.constant(64)  # points of a slice; the native loop's block
 SHORTEST = wp.constant(1.0e-30)  # [m²]: closer than 1e-15 m the direction, and with it the force, goes to zero
@@ -144,3 +144,36 @@ def project_pins(
 ):
     """Put every pin where it is held at the end of substep s."""
     hold_pin(first + wp.tid(), s, dt, pins, environment[0], particles_inout, counters_inout)
+
+
+@wp.func
+def displacement_rate(signals: Signals, signal: int, t: wp.float64, step: wp.float64) -> wp.float64:
+    """Return the rate of a signal by differences over two steps to either side, of fourth order."""
+    near = sample_signal(signals, signal, t + step) - sample_signal(signals, signal, t - step)
+    far = sample_signal(signals, signal, t + step * wp.float64(2.0)) - sample_signal(signals, signal, t - step * wp.float64(2.0))
+    return (wp.float64(8.0) * near - far) / (wp.float64(12.0) * step)
+
+
+@wp.kernel(enable_backward=False)
+def place_pins(
+    first: int,
+    moment: int,
+    dt: wp.float64,
+    start_time: wp.array[wp.float64],
+    pins: Pins,
+    position_out: wp.array2d[float],
+    velocity_out: wp.array2d[float],
+):
+    """Put every pinned point where it is held at a moment, in half substeps, with the velocity that it has there."""
+    p = first + wp.tid()
+    i = pins.point[p]
+    t = start_time[0] + wp.float64(moment) * (wp.float64(0.5) * dt)
+    for axis in range(3):
+        signal = pins.motion[p][axis]
+        place = float(0.0)
+        speed = float(0.0)
+        if signal >= 0:
+            place = float(sample_signal(pins.signals, signal, t))
+            speed = float(displacement_rate(pins.signals, signal, t, wp.float64(0.125) * dt))
+        position_out[axis, i] = pins.home[axis, p] + place
+        velocity_out[axis, i] = speed

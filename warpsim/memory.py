@@ -24,6 +24,7 @@ BYTES_PER_POINT = 16  # internal acceleration and inverse mass of a network's po
 BYTES_PER_BOID = 120  # the grid, places and velocities in its order, steering, where a substep found it
 BYTES_PER_SPRING = 48  # twice, for both ends: neighbor, spring, rest length, stiffness, damping; and its place in frames
 SOLVER_BYTES = {"implicit_euler": (124, 72)}  # what a solver keeps of a network: per point, per spring
+SOLVER_BYTES |= dict.fromkeys(("rk4", "heun", *MULTISTEP_SOLVERS), (60, 0))
 BYTES_PER_BREAKABLE = 64  # of a spring that may tear: in the table, its entries, whether it is torn, now and in kept states
 LAYOUT_PER_POINT, LAYOUT_PER_SPRING = 100, 400  # bytes on the host while a network is laid out and advised, before the device has it
 BYTES_PER_VERTEX = 24  # at least, of a mesh file
@@ -103,6 +104,8 @@ def network_memory(system: Network) -> int:
     size = system.generator.file.path.stat().st_size if system.point_count is None else 0
     points, springs = system.point_count or size // BYTES_PER_VERTEX, system.spring_count or 3 * size // BYTES_PER_VERTEX
     state = BYTES_PER_PARTICLE + (12 * system.look.trail.points if system.look.trail else 0)
+    order = MULTISTEP_SOLVERS.get(system.solver, 0)
+    state += 12 * (order - 1) + 4 if order else 0
     per_point, per_spring = SOLVER_BYTES.get(system.solver, (0, 0))
     per_spring += BYTES_PER_SPRING + (0 if system.tear is None else BYTES_PER_BREAKABLE)
     return 4 * points * state + points * (BYTES_PER_POINT + per_point) + springs * per_spring  # also the state to start anew from

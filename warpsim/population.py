@@ -36,6 +36,18 @@ FIELDS = {
     "radius": Field(1, wp.float32, "m", "for Stokes drag"),
     "id": Field(2, wp.uint32, "1", "running number of births: low word, high word"),
 }
+
+
+def history_fields(past: int) -> dict[str, Field]:
+    """Return the rows that a multistep method keeps of so many past values."""
+    if not past:
+        return {}
+    return {
+        "history": Field(3 * past, wp.float32, "m/s^2 or m/s", "drive at earlier substeps, latest first (kernels/multistep.py, staged.py)"),
+        "history_count": Field(1, wp.int32, "1", "how many of them there are: fewer after birth and after a collision"),
+    }
+
+
 CONTACT = {"contact": Field(1, wp.int32, "1", "place in the table of the collider that it sticks to, plus 1; 0: free")}
 
 

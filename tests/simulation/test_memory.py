@@ -91,3 +91,15 @@ def test_the_estimate_counts_what_a_sheet_needs_to_meet_itself():
     arrays = [a for struct in structs for name in struct._cls.vars if isinstance(a := getattr(struct, name), wp.array)]
     taken = sum(array.capacity for array in arrays if array is not part.layers.inverse_mass)
     assert taken <= memory.estimate_memory(met) - memory.estimate_memory(alone) <= 2 * taken
+
+
+@pytest.mark.parametrize(("solver", "past"), [("rk4", 0), ("heun", 0), ("adams_bashforth_2", 1), ("abm_pece_4", 3)])
+def test_what_staged_solvers_keep_of_a_network_is_counted(solver, past):
+    """Three drives or sums and the substep's beginning, and in the state and its three copies the past."""
+    keys = {"generator": {"type": "chain", "count": 6400, "start": [0, 0, 0], "end": [9, 0, 0]}, "stiffness": 1.0}
+    simple, made = network(**keys), Simulation(network(**keys, solver=solver), device="cpu")
+    system = made.systems["s"]
+    work = [getattr(system.solver._work, name) for name in ("now", "middle", "slide", "start")]
+    rows = [system.population.field(name) for name in ("history", "history_count") if past]
+    taken = sum(array.size * 4 for array in work) + 4 * sum(array.size * 4 for array in rows)
+    assert memory.estimate_memory(made.scene) - memory.estimate_memory(simple) == taken

@@ -10,10 +10,10 @@ from warpsim.scene.generators import GeneratorUnion
 from warpsim.scene.look import Look
 from warpsim.scene.muscles import Grip, Line, Muscle, body_mistakes, triangle_mistakes
 from warpsim.scene.nearest import listed, nearest
-from warpsim.scene.particles import Drag, StokesDrag, System
+from warpsim.scene.particles import Drag, Solver, StokesDrag, System
 from warpsim.scene.strengths import Moment, Strength
 
-CoupledSolver = Literal["euler", "drift_kick", "semi_implicit_euler", "verlet", "implicit_euler", "xpbd"]
+CoupledSolver = Literal[Solver, "implicit_euler", "xpbd"]
 SOLVERS_WITH = {"iterations": ("implicit_euler", "xpbd"), "tolerance": ("implicit_euler",)}  # keys that not every solver knows
 MOST_PASSES = 100  # of xpbd, each of them launches of its own
 Index = Annotated[WholeNumber, Field(ge=0)]

@@ -1,6 +1,5 @@
 """Cloth: a network on a grid, whose springs need no lists, and whose points feel the wind across the sheet."""
 
-import math
 from collections.abc import Iterator, Mapping
 
 import numpy as np
@@ -49,9 +48,8 @@ class Cloth(NetworkSystem):
         along, down = (np.array(edge, float) / (n - 1) for edge, n in zip(spec.edges, spec.resolution, strict=True))
         rest = [np.linalg.norm(i * along + j * down) for i, j in cloth.STEPS]
         kinds = [spec.bend if 2 in map(abs, step) else spec.structural if 0 in step else spec.shear for step in cloth.STEPS]
-        k, h = spec.air / spec.density, self.pace.dt
         numbers = {"rest": rest, "stiffness": [kind.stiffness for kind in kinds], "damping": [kind.damping for kind in kinds]}
-        numbers["air"] = [-math.expm1(-k * h) / h]
+        numbers["air"] = [self.solver.air_rate(spec.air / spec.density)]
         return {key: np.array(values, np.float32) for key, values in numbers.items()}
 
     def stages(self, native: bool) -> Iterator[Stage]:

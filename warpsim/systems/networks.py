@@ -37,7 +37,8 @@ class NetworkSystem(LastingSystem):
         check_places(spec, net, scene.limits.extent, f"systems.{name}")
         self.net, self.start_time = net, environment.start_time
         count, mass = checked_advice(name, spec, scene, net).chosen, point_masses(spec, net)
-        super().__init__(name, spec, scene, environment, clock, count, net.points, np.zeros_like(net.points), mass)
+        more = SOLVERS[spec.solver].fields(spec)
+        super().__init__(name, spec, scene, environment, clock, count, net.points, np.zeros_like(net.points), mass, more)
         self.inverse_mass = wp.array(self._inverse_masses(spec), dtype=float, device=self.device)
         self._pins, table = self._pin_rows(spec)
         self._pins.signals = table.tables(self.device)
@@ -180,6 +181,12 @@ class NetworkSystem(LastingSystem):
         if table.size:
             inputs = (self.pace.dt, self.start_time, self._pins, table)
             yield Stage("pins", springs.sample_paths, table.size, inputs)
+
+    def place_pins(self, moment: int) -> Iterator[Stage]:
+        """Yield the stage that puts pins that move where they are at a moment, in half substeps, with the velocity that they have there."""
+        if self.spec.pin_motion:
+            inputs = (moment, self.pace.dt, self.start_time, self._pins, self.particles.position, self.particles.velocity)
+            yield Stage("pins", springs.place_pins, self._pins.point.shape[0], inputs)
 
     @property
     def topology(self) -> dict[str, np.ndarray]:

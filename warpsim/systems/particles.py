@@ -10,7 +10,7 @@ from warpsim.frame import SystemFrame
 from warpsim.integrators import FIRST_ORDER_FORM, SECOND_ORDER_FORM, Ballistic, Integrator
 from warpsim.kernels import adaptive, integration, lifecycle_loops, lifetime
 from warpsim.launch import Stage
-from warpsim.population import CONTACT, FIELDS, Field, Population
+from warpsim.population import CONTACT, FIELDS, Field, Population, history_fields
 from warpsim.scene import Scene
 from warpsim.scene.events import events_of, has_colors
 from warpsim.scene.pacing import MAX_SUBSTEPS, TOLERANCE, is_adaptive, substep_count
@@ -44,15 +44,10 @@ def care_of(spec, device: str) -> wp.array:
     return wp.array([care], dtype=adaptive.Care, device=device)
 
 
-def history_fields(method: type[Integrator], chooses: bool) -> dict[str, Field]:
+def past_fields(method: type[Integrator], chooses: bool) -> dict[str, Field]:
     """Return the rows that a multistep method keeps of each particle, which may choose its substeps."""
-    if not method.past:
-        return {}
     level = {"level": Field(1, wp.int32, "1", "log2 of the substeps per frame that it has chosen")}
-    return (level if chooses else {}) | {
-        "history": Field(3 * method.past, wp.float32, "m/s^2 or m/s", "drive at earlier substeps, latest first (kernels/multistep.py)"),
-        "history_count": Field(1, wp.int32, "1", "how many of them there are: fewer after birth and after a collision"),
-    }
+    return (level if chooses else {}) | history_fields(method.past)
 
 
 class Particles:
@@ -68,7 +63,7 @@ class Particles:
         self.care = care_of(spec, environment.device) if is_adaptive(spec, scene.time) else None
         ballistic = self.method is Ballistic
         heard = events_of(name, scene.systems)
-        fields = FIELDS | (BIRTH_STATE if ballistic else {}) | history_fields(self.method, self.care is not None)
+        fields = FIELDS | (BIRTH_STATE if ballistic else {}) | past_fields(self.method, self.care is not None)
         fields |= PointPacker.fields(spec.look) | (TINT if has_colors(spec) else {})
         fields |= fields_of(heard) | (CONTACT if scene.sticky_to(spec) else {})
         self.population = Population(spec.capacity, fields, environment.device)
