@@ -17,15 +17,19 @@ from warpsim.kernels.environment import Environment, drag_rate
 from warpsim.kernels.planar import read3, write3
 from warpsim.kernels.springs import SHORTEST, SpringTable
 
-# The colors of a sheet in the order in which they act: which of the sheet's springs (kernels/cloth.py, STEPS), whether their first
-# points are told by i or by j, and which of their remainders mod 4. The first STRIP_COLORS join points of four rows 4q … 4q + 3, the
-# others those of rows 4q + 2 … 4q + 5, so that a native loop takes strips of four rows through several colors at once.
-ALONG, DOWN = 0, 1
+# The colors of a sheet in the order in which they act: which of the sheet's springs (kernels/cloth.py, STEPS), in which direction, and
+# from which points, by the remainder of i (along a row) or j (down) mod 4. Springs ALONG stay within a block of columns, those ACROSS
+# lead to the next, so that a native loop takes block by block through all colors. Of those DOWN, the first colors join points of four
+# rows 4q … 4q + 3, the rest, from STRIP_COLORS on, those of rows 4q + 2 … 4q + 5: it takes such strips through several colors at once.
+ALONG, ACROSS, DOWN = 0, 1, 2
+COLUMNS = wp.constant(256)  # of a block
 SHEET_COLORS = (
     (STEPS.index((1, 0)), ALONG, (0, 2)),
     (STEPS.index((1, 0)), ALONG, (1, 3)),
     (STEPS.index((2, 0)), ALONG, (0, 1)),
     (STEPS.index((2, 0)), ALONG, (2, 3)),
+    (STEPS.index((1, 0)), ACROSS, (3,)),
+    (STEPS.index((2, 0)), ACROSS, (2, 3)),
     (STEPS.index((0, 1)), DOWN, (0, 2)),
     (STEPS.index((1, 1)), DOWN, (0, 2)),
     (STEPS.index((-1, 1)), DOWN, (0, 2)),
@@ -38,7 +42,7 @@ SHEET_COLORS = (
     (STEPS.index((-1, 1)), DOWN, (3,)),
     (STEPS.index((0, 2)), DOWN, (2, 3)),
 )
-STRIP_COLORS = 11
+STRIP_COLORS = 13
 
 
 @wp.struct
@@ -210,23 +214,25 @@ def damp_colors(
 
 
 @wp.func
-def sheet_end(p: int, step: int, axis: int, remainders: int, sheet: Sheet) -> int:
+def sheet_end(p: int, step: int, direction: int, remainders: int, sheet: Sheet) -> int:
     """Return the other end of the spring of a color that begins at point p, −1 if there is none; the remainders are bits."""
     i = p % sheet.nx
     j = p // sheet.nx
-    turn = wp.where(axis == ALONG, i, j) & 3
     a = i + sheet.step[step][0]
     b = j + sheet.step[step][1]
-    if p >= sheet.nx * sheet.ny or (remainders >> turn) & 1 == 0 or a < 0 or a >= sheet.nx or b >= sheet.ny:
-        return -1
-    return b * sheet.nx + a
+    told = wp.where(direction == DOWN, j, i)
+    crossing = wp.where(i // COLUMNS == a // COLUMNS, ALONG, ACROSS)
+    within = p < sheet.nx * sheet.ny and a >= 0 and a < sheet.nx and b < sheet.ny
+    if within and (remainders >> (told & 3)) & 1 == 1 and (direction == DOWN or direction == crossing):
+        return b * sheet.nx + a
+    return -1
 
 
 @wp.kernel(enable_backward=False)
 def project_sheet(
     first: int,
     step: int,
-    axis: int,
+    direction: int,
     remainders: int,
     turn: int,
     projection: Projection,
@@ -237,7 +243,7 @@ def project_sheet(
 ):
     """Move the ends of the springs of one color of a sheet."""
     p = first + wp.tid()
-    q = sheet_end(p, step, axis, remainders, sheet)
+    q = sheet_end(p, step, direction, remainders, sheet)
     k = sheet.stiffness[step]
     if q >= 0 and k > 0.0 and moves(projection, clock):
         place = step * sheet.nx * sheet.ny + p
@@ -248,7 +254,7 @@ def project_sheet(
 def damp_sheet(
     first: int,
     step: int,
-    axis: int,
+    direction: int,
     remainders: int,
     projection: Projection,
     sheet: Sheet,
@@ -257,7 +263,7 @@ def damp_sheet(
 ):
     """Slow down how fast the springs of one color of a sheet grow longer."""
     p = first + wp.tid()
-    q = sheet_end(p, step, axis, remainders, sheet)
+    q = sheet_end(p, step, direction, remainders, sheet)
     c = sheet.damping[step]
     if q >= 0 and c > 0.0 and moves(projection, clock):
         damp_pair(p, q, c, projection, particles_inout)

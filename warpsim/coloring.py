@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpsim.kernels.cloth import STEPS
-from warpsim.kernels.xpbd import ALONG, SHEET_COLORS
+from warpsim.kernels.xpbd import ACROSS, ALONG, COLUMNS, DOWN, SHEET_COLORS
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +40,11 @@ def of_sheet(springs: np.ndarray, resolution: tuple[int, int]) -> Coloring:
     first, last = np.sort(springs, axis=1).T  # a spring begins in its upper row, or on its left
     step = np.stack([last % nx - first % nx, last // nx - first // nx], axis=1)
     color = np.full(len(springs), -1)
-    for number, (s, axis, remainders) in enumerate(SHEET_COLORS):
-        along = (first % nx if axis == ALONG else first // nx) % 4
-        color[(step == STEPS[s]).all(axis=1) & np.isin(along, remainders)] = number
+    crossing = np.where(first % nx // COLUMNS == last % nx // COLUMNS, ALONG, ACROSS)
+    for number, (s, direction, remainders) in enumerate(SHEET_COLORS):
+        told = (first // nx if direction == DOWN else first % nx) % 4
+        right = (direction == DOWN) | (direction == crossing)
+        color[(step == STEPS[s]).all(axis=1) & np.isin(told, remainders) & right] = number
     return _by_color(color, len(SHEET_COLORS))
 
 

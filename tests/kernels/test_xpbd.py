@@ -11,6 +11,7 @@ from warpsim import Simulation
 from warpsim.coloring import greedy, of_sheet, runs
 from warpsim.kernels.xpbd import damping_impulse, spring_pull
 from warpsim.networks import network_of, spring_numbers
+from warpsim.systems.solvers.xpbd import Xpbd
 
 GRAVITY, ALPHA = (0.3, -9.81, 0.0), 0.4
 MOTION = {"pins": [3], "keyframes": [[0.0, [0, 0, 0]], [0.1, [0.2, 0, 0.1]], [0.2, [0.2, 0.3, 0.1]]]}
@@ -44,7 +45,7 @@ def test_no_two_springs_of_a_color_share_a_point(count, springs):
         assert all((earlier == i).any() or (earlier == j).any() for i, j in pairs[coloring.order[coloring.begin[color] :]])
 
 
-@pytest.mark.parametrize("size", [(2, 2), (2, 5), (3, 3), (7, 4), (9, 10)])
+@pytest.mark.parametrize("size", [(2, 2), (2, 5), (3, 3), (7, 4), (9, 10), (259, 3)])
 def test_the_colors_of_a_sheet_are_colors(size):
     springs = network_of(network(**sheet(*size)).systems["s"], "systems.s").springs
     check_colors(springs, of_sheet(springs, size))
@@ -163,7 +164,7 @@ def test_parts_and_plain_kernels_share_their_bits(count, worth, turns, monkeypat
 
 
 @pytest.mark.parametrize("turns", [1, 2])
-@pytest.mark.parametrize("size", [(2, 2), (63, 3), (64, 4), (65, 9), (66, 6), (67, 5), (130, 11), (3, 70)])
+@pytest.mark.parametrize("size", [(2, 2), (63, 3), (64, 4), (65, 9), (66, 6), (67, 5), (130, 11), (3, 70), (256, 3), (257, 3), (515, 6)])
 def test_strips_of_a_sheet_share_their_bits(size, turns, monkeypatch):
     monkeypatch.setattr("warpsim.launch.PARALLEL_FROM", 0)
     more = {
@@ -172,3 +173,29 @@ def test_strips_of_a_sheet_share_their_bits(size, turns, monkeypatch):
     }
     scene = network(**sheet(*size, pins=["top"], air=1.0, drag=1e-4, gravity=GRAVITY, substeps=3, iterations=turns), more=more)
     assert len(hashes_of(scene, 0.1)) == 1
+
+
+@pytest.mark.parametrize("native", [True, False])
+@pytest.mark.parametrize("size", [(9, 6), (258, 3)])
+def test_a_sheet_is_the_same_spring_by_spring(size, native, monkeypatch):
+    """The way of sheets whose springs change one by one: the same colors in the same order, rest lengths a rounding apart."""
+    ways, counts = [], []
+    for in_rows in (True, False):
+        monkeypatch.setattr(Xpbd, "_in_rows", in_rows)
+        sim = simulate(**sheet(*size, pins=["top"], gravity=GRAVITY, substeps=3), native=native)
+        counts.append(sum(stage.name == "damping" for stage in sim._graph.stages))
+        sim.run(0.1)
+        ways.append(state(sim)[0])
+    assert np.abs(ways[0] - ways[1]).max() < 2e-5 and counts[0] != counts[1]
+
+
+def test_a_hub_with_many_spokes_is_one_run_of_colors():
+    """Each of 3000 springs is a color of its own: which is not worth 3000 launches. One after the other they rock the hub a little."""
+    angle = 2 * np.pi * np.arange(3000) / 3000
+    points = [[0.0, 0.0, 0.0], *np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1).tolist()]
+    springs = [[0, i + 1] for i in range(3000)]
+    sim = simulate(points=points, springs=springs, stiffness=1e4, rest_length=0.9, mass=[1e3, *[0.1] * 3000], solver="xpbd", substeps=2)
+    assert sum(stage.name == "springs" for stage in sim._graph.stages) < 10
+    sim.run(0.5)
+    x, _ = state(sim)
+    assert np.abs(x[0]).max() < 0.01 and np.linalg.norm(x[1:] - x[0], axis=1) == pytest.approx(np.full(3000, 0.9), abs=0.05)

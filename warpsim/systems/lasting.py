@@ -91,14 +91,15 @@ class LastingSystem(ABC):
             yield Stage("points", points.scatter_start, self.population.capacity, (self.point_count, self.particles, self.start))
 
     def resolve(self, s: int) -> Iterator[Stage]:
-        """Yield the stages that lead the points past colliders on their way since begin(), and note who left the world."""
+        """Yield the stages that lead the points past colliders since begin(), and note who is not in the world at the frame's end."""
         if not self.resolves:
             return
         count, population, row = self.point_count, self.population, self.surroundings.row
         if self.surroundings.has_colliders:
             inputs = (count, self.opening, substep_of(self.pace, s), self.clock, row, self.start, self.particles, population.counters)
             yield Stage("contacts", points.resolve_points, population.capacity, inputs)
-        yield Stage("points", points.mark_faults, population.capacity, (count, row, self.particles, population.counters))
+        if s == self.pace.substep_count - 1:
+            yield Stage("points", points.mark_faults, population.capacity, (count, row, self.particles, population.counters))
 
     @abstractmethod
     def stages(self, native: bool) -> Iterator[Stage]:

@@ -44,7 +44,8 @@ class Xpbd(NetworkSolver):
         for s in range(system.pace.substep_count):
             if within:
                 yield from system.outer_forces(2 * s)
-            yield from system.begin()
+            if system.surroundings.has_colliders or any(part.constrains for part in system.parts):
+                yield from system.begin()
             yield self._advance(s)
             yield from system.hold(s)
             yield from system.prepare(2 * s + 2)
@@ -83,7 +84,7 @@ class Xpbd(NetworkSolver):
         """Return the stages of all passes over listed springs, and those of their damping."""
         system, projection, table = self.system, self._projection, self.system.table
         sheet = getattr(system, "sheet", None)
-        coloring = of_sheet(system.net.springs, (sheet.nx, sheet.ny)) if sheet else greedy(system.net.springs)
+        coloring = of_sheet(system.net.springs, (sheet.nx, sheet.ny)) if sheet is not None else greedy(system.net.springs)
         projection.order = wp.array(coloring.order, dtype=int, device=system.device)
         projection.begin = wp.array(coloring.begin, dtype=int, device=system.device)
         memory, sizes = self._multipliers(len(coloring.order)), np.diff(coloring.begin).tolist()
@@ -110,7 +111,7 @@ class Xpbd(NetworkSolver):
         if system.native:
             colors, count, loops = [(0,), (1,)], (sheet.ny + 3) // 4, xpbd_loops
         else:
-            colors = [(step, axis, sum(1 << r for r in remainders)) for step, axis, remainders in xpbd.SHEET_COLORS]
+            colors = [(step, direction, sum(1 << r for r in remainders)) for step, direction, remainders in xpbd.SHEET_COLORS]
             count, loops = sheet.nx * sheet.ny, xpbd
         moved = (system.clock, memory, system.particles)
         sweeps = [
