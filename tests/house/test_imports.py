@@ -54,7 +54,7 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "playback": "scene changes interruption reporting announcing",
     "runner": f"scene simulation changes observers kernel_cache interruption {PLAYING}",
     "screening": f"environment probes replay runner interruption {PLAYING}",
-    "verify": "scene simulation environment directions probes convergence meshes",
+    "verify": "scene simulation environment directions probes convergence meshes crossings",
     "cli": "scene simulation observers files kernel_cache interruption runner screening replay reporting memory verify "
     "convergence plotting streamlines",
     "__main__": "cli",

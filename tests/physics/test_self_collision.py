@@ -4,22 +4,11 @@ import numpy as np
 import pytest
 
 from tests.reference import layers as twin
-from tests.simulation.layers import Crumpled, crumple, sheet
+from tests.simulation.layers import RAIL, WILD_RAIL, Crumpled, crumple, folding, sheet
 from tests.simulation.networks import simulate
 from warpsim.crossings import crossings
 from warpsim.kernels import layers
 from warpsim.scene.layers import CORE, least_core
-
-FLOOR = {"type": "plane", "center": [0, -0.62, 0], "friction": 0.5, "restitution": 0}
-# Laid down in folds by a rail, or crumpled by one that drives it to and fro.
-RAIL = [[0, [0, 0, 0]], [0.4, [0.2, -0.2, 0.2]], [0.8, [0, -0.5, 0.0]]]
-WILD_RAIL = [[0, [0, 0, 0]], [0.3, [0.3, -0.1, 0.1]], [0.6, [-0.2, -0.35, -0.1]], [0.9, [0, -0.55, 0.2]]]
-
-
-def folding(rail=RAIL, points: int = 25, **keys) -> dict:
-    """Keys of a sheet of 0.6 m that is laid onto itself by its upper edge."""
-    moved = {"pins": ["top"], "pin_motion": [{"keyframes": rail}], "thickness": 0.01}
-    return sheet(points, points, side=0.6 / (points - 1), gravity=(0, -9.81, 0), more={"colliders": [FLOOR]}, **{**moved, **keys})
 
 
 @pytest.mark.parametrize("seed", range(4))

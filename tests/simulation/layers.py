@@ -7,6 +7,10 @@ from warpsim import Simulation
 from warpsim.launch import FrameGraph
 from warpsim.systems.parts import SelfCollision
 
+FLOOR = {"type": "plane", "center": [0, -0.62, 0], "friction": 0.5, "restitution": 0}
+# Laid down in folds by a rail, or crumpled by one that drives it to and fro.
+RAIL = [[0, [0, 0, 0]], [0.4, [0.2, -0.2, 0.2]], [0.8, [0, -0.5, 0.0]]]
+WILD_RAIL = [[0, [0, 0, 0]], [0.3, [0.3, -0.1, 0.1]], [0.6, [-0.2, -0.35, -0.1]], [0.9, [0, -0.55, 0.2]]]
 KINDS = {"structural": {"stiffness": 20, "damping": 0.01}, "shear": {"stiffness": 10, "damping": 0.005}, "bend": {"stiffness": 1}}
 
 
@@ -14,6 +18,12 @@ def sheet(nx: int, ny: int, side: float = 0.1, **keys) -> dict:
     """Keys of a sheet with square cells that meets itself, hanging from `top` unless pins say otherwise."""
     size = {"resolution": [nx, ny], "edges": [[side * (nx - 1), 0, 0], [0, -side * (ny - 1), 0]]}
     return {"type": "cloth", "density": 0.3, "self_collision": True, **size, **KINDS, **keys}
+
+
+def folding(rail=RAIL, points: int = 25, **keys) -> dict:
+    """Keys of a sheet of 0.6 m that is laid onto itself by its upper edge."""
+    moved = {"pins": ["top"], "pin_motion": [{"keyframes": rail}], "thickness": 0.01}
+    return sheet(points, points, side=0.6 / (points - 1), gravity=(0, -9.81, 0), more={"colliders": [FLOOR]}, **{**moved, **keys})
 
 
 class Crumpled:

@@ -1,8 +1,8 @@
 """Layers: how a sheet meets itself where it folds, and at which distance its points must be kept for that."""
 
 import math
-from collections.abc import Sequence
-from typing import Annotated
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -25,9 +25,11 @@ class SelfCollision(Spec):
     friction: Annotated[Number, Field(ge=0.0, le=1e6)] = Field(0.3, description="Coulomb's, between layers [1].")
 
 
-SelfCollisionForm = one_of_forms(
-    {"switch": Truth, "numbers": SelfCollision}, lambda value: "switch" if isinstance(value, bool) else "numbers"
-)
+def _form(value: Any) -> str | None:
+    return "switch" if isinstance(value, bool) else "numbers" if isinstance(value, (Mapping, SelfCollision)) else None
+
+
+SelfCollisionForm = one_of_forms({"switch": Truth, "numbers": SelfCollision}, _form)
 
 
 def layers_of(asked: bool | SelfCollision, edges: Sequence, resolution: Sequence[int]) -> SelfCollision | None:

@@ -1,7 +1,7 @@
 """Which measurer measures which oracle. A new kind is its spec in warpsim/scene, its measurer in this room, and a line here."""
 
 from warpsim.scene.springs import Network
-from warpsim.verify import births, flow, motion, networks, orders, systems
+from warpsim.verify import births, contact, flow, motion, networks, orders, systems
 from warpsim.verify.measurers import Measurer
 
 MEASURERS: dict[str, type[Measurer]] = {
@@ -30,6 +30,8 @@ MEASURERS: dict[str, type[Measurer]] = {
     "hash": systems.HashMeasurer,
     "place": networks.PlaceMeasurer,
     "period": networks.PeriodMeasurer,
+    "clearance": contact.ClearanceMeasurer,
+    "crossings": contact.CrossingsMeasurer,
     "reach": networks.ReachMeasurer,
     "rms_speed": networks.RmsSpeedMeasurer,
     "agreement": networks.AgreementMeasurer,
