@@ -20,9 +20,10 @@ BYTES_PER_COLLIDER = 208  # one row of a table of colliders
 BYTES_PER_EVENT = 68  # a row of the log of a kind of event, and its place in the prefix sum
 BYTES_PER_NEIGHBOR = 80  # the grid, places in its order, and what neighbors do
 TABLE_PER_FILE = 8  # bytes of a mesh's table per byte of its file: 44 and more per triangle, of which a binary file spends 19
-BYTES_PER_POINT = 16  # internal acceleration and inverse mass of a network's point
+BYTES_PER_POINT = 40  # internal acceleration and inverse mass of a network's point, and where a substep found it
 BYTES_PER_BOID = 120  # the grid, places and velocities in its order, steering, where a substep found it
-BYTES_PER_SPRING = 48  # twice, for both ends: neighbor, spring, rest length, stiffness, damping; and its place in frames
+BYTES_PER_SPRING = 32  # its ends and three numbers, as frames and energies have them
+BYTES_PER_LISTED = 64  # of one whose ends gather it from lists: entries for both, and those of a slice that are void
 SOLVER_BYTES = {"implicit_euler": (124, 72)}  # what a solver keeps of a network: per point, per spring
 SOLVER_BYTES |= dict.fromkeys(("rk4", "heun", *MULTISTEP_SOLVERS), (60, 0))
 BYTES_PER_BREAKABLE = 64  # of a spring that may tear: in the table, its entries, whether it is torn, now and in kept states
@@ -107,7 +108,8 @@ def network_memory(system: Network) -> int:
     order = MULTISTEP_SOLVERS.get(system.solver, 0)
     state += 12 * (order - 1) + 4 if order else 0
     per_point, per_spring = SOLVER_BYTES.get(system.solver, (0, 0))
-    per_spring += BYTES_PER_SPRING + (0 if system.tear is None else BYTES_PER_BREAKABLE)
+    listed = system.type == "springs" or system.tear is not None
+    per_spring += BYTES_PER_SPRING + BYTES_PER_LISTED * listed + (0 if system.tear is None else BYTES_PER_BREAKABLE)
     return 4 * points * state + points * (BYTES_PER_POINT + per_point) + springs * per_spring  # also the state to start anew from
 
 

@@ -6,8 +6,12 @@ import signal
 import pytest
 import warp as wp
 
+from benchmarks.cases import flag
+from benchmarks.cloth import sheet
+from tests.simulation.networks import network, tangle
 from tests.simulation.scenes import scene
 from warpsim import Simulation, launch
+from warpsim.kernels import lifecycle_loops
 
 
 @pytest.fixture
@@ -85,3 +89,26 @@ def test_small_populations_use_one_core(monkeypatch):
     monkeypatch.setattr(wp, "capture_launch", lambda graph: (used.append(graph), replay(graph)))
     sim.step_frame()
     assert used == sim._graph._graphs[1]
+
+
+def test_networks_use_as_many_cores_as_their_substeps_are_worth():
+    """A flag's frame of 0.25 ms is too little for two cores that meet twice a substep, a sheet's of 0.33 ms is not."""
+    nets = {"tangle": network(**tangle()), "flag": flag().scene, "sheet": sheet(64)}
+    loads = {name: next(iter(Simulation(scene, device="cpu", threads=1).systems.values())).load for name, scene in nets.items()}
+    assert loads["tangle"] == 0 and loads["tangle"] < loads["flag"] < launch.PARALLEL_FROM < loads["sheet"]
+
+
+def meetings_of(substeps: int, solver: str, monkeypatch) -> int:
+    """How often each of two cores waits for the other in a frame."""
+    waits, start = [], wp.launch
+    with monkeypatch.context() as patch:
+        patch.setattr(wp, "launch", lambda kernel, *rest, **keys: (waits.append(kernel), start(kernel, *rest, **keys)))
+        keys = tangle(100, 200) | {"solver": solver, "pins": [1, 2], "substeps": substeps}
+        Simulation(network(**keys), device="cpu", threads=2)
+    return waits.count(lifecycle_loops.resolve_barrier) // 2
+
+
+@pytest.mark.parametrize("solver", ["semi_implicit_euler", "verlet", "drift_kick"])
+def test_cores_meet_twice_a_substep(solver, monkeypatch):
+    """After the springs and after the pins: kicks, advance and pins keep to the points of their core."""
+    assert meetings_of(9, solver, monkeypatch) - meetings_of(4, solver, monkeypatch) == 2 * 5
