@@ -55,6 +55,8 @@ class Advice(NamedTuple):
     """Substeps per frame that the scene asks for, or that `auto` chooses."""
     solver: str
     """By which method."""
+    excess: float = 0.0
+    """How much further than by Hooke's law the springs give way with the chosen substeps, at most, as a share: by xpbd alone."""
 
     @property
     def sufficient(self) -> bool:
@@ -68,9 +70,16 @@ class Advice(NamedTuple):
         if self.least == 0:
             return f"stands {self.longest:.3g} s at most, which is shorter than any substep: weaker springs, more mass, or implicit_euler"
         if self.longest == math.inf:
-            return f"stable with any substeps; it has {self.chosen}"
+            return f"stable with any substeps; it has {self.chosen}{self._yielding}"
         words = f"with {self.solver} what swings grows by less than 1 % a second" if self.solver in GROWERS else "stable for sure"
-        return f"{words} from {self.least} substeps per frame on, of {self.longest:.3g} s at most; it has {self.chosen}"
+        return f"{words} from {self.least} substeps per frame on, of {self.longest:.3g} s at most; it has {self.chosen}{self._yielding}"
+
+    @property
+    def _yielding(self) -> str:
+        if self.excess < 0.05:
+            return ""
+        enough = math.ceil(self.chosen * math.sqrt(self.excess / 0.05))
+        return f", with which springs give way up to {1.0 + self.excess:.3g} times as far as by Hooke's law ({enough}: 1.05)"
 
 
 def advice_for(spec, scene, net: Net) -> Advice:
@@ -78,7 +87,20 @@ def advice_for(spec, scene, net: Net) -> Advice:
     longest, frame, asked = longest_substep(spec, net), 1.0 / scene.time.fps, spec.substeps or scene.time.substeps
     least = max(1, math.ceil(frame / longest * (1.0 - 1e-9)))
     chosen = max(UNBOUNDED.get(spec.solver, 1), math.ceil(frame / (MARGIN * longest))) if asked == "auto" else asked
-    return Advice(longest, least if least <= MOST_SUBSTEPS else 0, chosen, spec.solver)
+    excess = yielding(spec, net, frame / chosen) if spec.solver == "xpbd" else 0.0
+    return Advice(longest, least if least <= MOST_SUBSTEPS else 0, chosen, spec.solver, excess)
+
+
+def yielding(spec, net: Net, h: float) -> float:
+    """Return how much further than by Hooke's law a spring gives way under xpbd, at most, as a share of its stretch.
+
+    What a color has put right the next one moves, by h² w times its own pull: of two springs in a row one has k h² (w_i + w_j) too much,
+    and together they have half of that. n passes leave an n-th of it, or less.
+    """
+    weight = 1.0 / point_masses(spec, net)
+    weight[spec.pinned(spec.pins)] = 0.0
+    stiffness = spring_numbers(spec, net)[0]
+    return float((0.5 * stiffness * h * h * weight[net.springs].sum(axis=1)).max(initial=0.0)) / (spec.iterations or 1)
 
 
 def scene_advice(scene) -> dict[str, Advice]:
