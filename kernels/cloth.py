@@ -29,7 +29,7 @@ class Sheet:
     stiffness: wp.array[float]  # (12) [N/m]
     damping: wp.array[float]  # (12) [N·s/m]
     inverse_mass: wp.array[float]  # (capacity) [1/kg]; 0 for a point that is pinned
-    air: wp.array[float]  # (1): (1 − e^(−k h))/h [1/s], what the wind does within a substep
+    air: wp.array2d[float]  # (moments, 2): rate at which the wind acts [1/s]; for how long the springs have pulled before [s]
     flow: wp.array2d[FlowPrimitive]  # (moments, primitives): the wind
 
 
@@ -75,20 +75,21 @@ def area_at(i: int, j: int, sheet: Sheet, position: wp.array2d[float]) -> wp.vec
 
 
 @wp.func
-def sheet_air(i: int, j: int, moment: int, sheet: Sheet, particles: Particles) -> wp.vec3:
-    """Return what the wind does to point (i, j) [m/s²]; nothing to one that is pinned."""
+def sheet_air(i: int, j: int, moment: int, sheet: Sheet, particles: Particles, a: wp.vec3) -> wp.vec3:
+    """Return what the wind does to point (i, j), which springs pull by a [m/s²]; nothing to one that is pinned."""
     p = j * sheet.nx + i
-    if not (sheet.air[0] > 0.0 and sheet.inverse_mass[p] > 0.0):
+    if not (sheet.air[moment, 0] > 0.0 and sheet.inverse_mass[p] > 0.0):
         return wp.vec3()
     u = sample_flow(sheet.flow, moment, read3(particles.position, p))
-    return wind_pull(area_at(i, j, sheet, particles.position), read3(particles.velocity, p), u, sheet.air[0])
+    v = read3(particles.velocity, p) + a * sheet.air[moment, 1]
+    return wind_pull(area_at(i, j, sheet, particles.position), v, u, sheet.air[moment, 0])
 
 
 @wp.func
 def sheet_pull(i: int, j: int, moment: int, sheet: Sheet, particles: Particles) -> wp.vec3:
     """Return what springs and wind do to point (i, j), a = F/m + wind [m/s²]."""
-    force = sum_sheet(i, j, sheet, particles.position, particles.velocity)
-    return force * sheet.inverse_mass[j * sheet.nx + i] + sheet_air(i, j, moment, sheet, particles)
+    a = sum_sheet(i, j, sheet, particles.position, particles.velocity) * sheet.inverse_mass[j * sheet.nx + i]
+    return a + sheet_air(i, j, moment, sheet, particles, a)
 
 
 @wp.kernel(enable_backward=False)
@@ -104,4 +105,4 @@ def accumulate_air(first: int, moment: int, sheet: Sheet, particles: Particles, 
     """Store what the wind alone does to every point [m/s²]."""
     p = first + wp.tid()
     if p < sheet.nx * sheet.ny:
-        write3(internal_out, p, sheet_air(p % sheet.nx, p // sheet.nx, moment, sheet, particles))
+        write3(internal_out, p, sheet_air(p % sheet.nx, p // sheet.nx, moment, sheet, particles, wp.vec3()))

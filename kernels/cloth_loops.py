@@ -20,7 +20,8 @@ FORWARD = [(along, down) for along, down in STEPS if (down, along) > (0, 0)]  # 
 TILES = """
     constexpr int W = 256, N = 16, O = N, L = W + 4 * N, B = @BLOCK@;  // lane O + l of a buffer is column i0 + l; N of them are a vector
     const int S = particles.position.shape[1], nx = sheet.nx, ny = sheet.ny;
-    const float *P = particles.position.data, *Q = particles.velocity.data, air = sheet.air.data[0];
+    const float *P = particles.position.data, *Q = particles.velocity.data;
+    const float air = sheet.air.data[2 * moment], lead = sheet.air.data[2 * moment + 1];
     BUFFERS  // a buffer of n rows has row j in j % n; each row is x, y, z
     #define EACH_LANE(from) _Pragma("clang loop vectorize_width(16) interleave_count(1)") for (int l = from; l < from + lanes; ++l)
     #define AT(row, m) vec(row[0][m], row[1][m], row[2][m])
@@ -72,7 +73,8 @@ STORE = """
             for (int t0 = 0; t0 < width; t0 += B) {
                 const int p = j * nx + c0 + t0, k = own + t0, n = width - t0 < B ? width - t0 : B;
                 const float* w = sheet.inverse_mass.data + p;
-                float X[3][B], U[3][B] = {}, wind[3][B] = {};
+                float X[3][B], U[3][B] = {}, pull[3][B] = {}, wind[3][B] = {};
+                for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) if (i < n) { const int l = k + i; pull[c][i] = SUM; }
                 if (air > 0.0f) {
                     for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) X[c][i] = place[j % 3][c][k + i];
                     #define FLOW(formula) for (int i = 0; i < B; ++i) { \\
@@ -85,13 +87,11 @@ STORE = """
                     for (int i = 0; i < B; ++i) {
                         const int l = k + i;
                         const vec area = vec() + AT(above, l - 1) + AT(above, l) + AT(below, l - 1) + AT(below, l);
-                        PUT(wind, i, $wind_pull(area, AT(v, l), AT(U, i), air))
+                        PUT(wind, i, $wind_pull(area, AT(v, l) + AT(pull, i) * lead, AT(U, i), air))
                     }
                 }
-                for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) if (i < n) {
-                    const int l = k + i;
-                    internal.data[c * S + p + i] = SUM(w[i] > 0.0f ? wind[c][i] : 0.0f);
-                }
+                for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) if (i < n)
+                    internal.data[c * S + p + i] = pull[c][i] + (w[i] > 0.0f ? wind[c][i] : 0.0f);
             }
 """.replace("FLOW_CASES", cases(FLOWS.values(), "FLOW"))
 MACROS = "".join(f"#undef {macro}\n" for macro in ("EACH_LANE", "AT", "PUT", "FLOW"))
@@ -117,7 +117,7 @@ WIND_BUFFERS = {"place": 3, "speed": 3, "cell": 2}
 PULL_BUFFERS = {f"pull{k}": down + 1 for k, (_, down) in enumerate(FORWARD)}
 CALLS = " ".join(f"springs(pull{k}[j % {b + 1}], {STEPS.index((a, b))}, {a}, {b});" for k, (a, b) in enumerate(FORWARD))
 SPRINGS_AND_AIR = SPRINGS.replace("CALLS", CALLS) + AIR
-SPRINGS_AND_AIR += STORE.replace("SUM(", f"(0.0f{''.join(pull_of(*step) for step in STEPS)}) * w[i] + (")
+SPRINGS_AND_AIR += STORE.replace("SUM", f"(0.0f{''.join(pull_of(*step) for step in STEPS)}) * w[i]")
 
 
 @wp.func
@@ -133,11 +133,11 @@ def sheet_rows(begin: int, end: int, moment: int, sheet: Sheet, particles: Parti
         write3(internal, p, sheet_pull(p % sheet.nx, p // sheet.nx, moment, sheet, particles))
 
 
-@wp.func_native(rows_text(AIR + STORE.replace("SUM(", "("), WIND_BUFFERS))
+@wp.func_native(rows_text(AIR + STORE.replace("SUM", "0.0f"), WIND_BUFFERS))
 def air_rows(begin: int, end: int, moment: int, sheet: Sheet, particles: Particles, internal: wp.array2d[float]):
     """Store what the wind does to a range of rows."""
     for p in range(begin * sheet.nx, end * sheet.nx):
-        write3(internal, p, sheet_air(p % sheet.nx, p // sheet.nx, moment, sheet, particles))
+        write3(internal, p, sheet_air(p % sheet.nx, p // sheet.nx, moment, sheet, particles, wp.vec3()))
 
 
 @wp.kernel(enable_backward=False)

@@ -89,8 +89,9 @@ def accumulate_torn_air(
 ):
     """Add what the wind does to every point of a sheet that may be torn [m/s²]: cells with a torn side have no area."""
     p = first + wp.tid()
-    if p < sheet.nx * sheet.ny and sheet.air[0] > 0.0 and sheet.inverse_mass[p] > 0.0:
+    if p < sheet.nx * sheet.ny and sheet.air[moment, 0] > 0.0 and sheet.inverse_mass[p] > 0.0:
         u = sample_flow(sheet.flow, moment, read3(particles.position, p))
         area = torn_area_at(p % sheet.nx, p // sheet.nx, torn, sheet, particles.position)
-        pull = wind_pull(area, read3(particles.velocity, p), u, sheet.air[0])
-        write3(internal_inout, p, read3(internal_inout, p) + pull)
+        a = read3(internal_inout, p)
+        pull = wind_pull(area, read3(particles.velocity, p) + a * sheet.air[moment, 1], u, sheet.air[moment, 0])
+        write3(internal_inout, p, a + pull)

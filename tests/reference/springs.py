@@ -27,12 +27,16 @@ def forces(x: np.ndarray, v: np.ndarray, springs) -> np.ndarray:
     return total
 
 
-def frame(solver: str, x, v, internal, outer, k: np.ndarray, h: float, held: list[dict[int, np.ndarray]]):
+def frame(solver: str, x, v, internal, outer, k: np.ndarray, h: float, held: list[dict[int, np.ndarray]], air=None):
     """Return positions and velocities after one frame, a substep of h for each entry of `held`: where pins are at its end.
 
-    internal(x, v) and outer(x) are accelerations, k drag rates. Verlet's two half kicks that meet between substeps are one, by the
-    springs as they are after the first of them.
+    internal(x, v), air(x, v, h) and outer(x) are accelerations, k drag rates; the air's is the mean over a time h. Verlet's two half kicks
+    that meet between substeps are one, by the springs as they are after the first of them; between the two lies the air.
     """
+    springs, air = internal, air or (lambda x, v, h: 0.0 * v)
+
+    def internal(x, v):
+        return springs(x, v) if solver == "verlet" else springs(x, v) + air(x, v, h)
 
     def kicked(v, a, h):
         return np.array([kick(v[i], 0.0, a[i], k[i], h) for i in range(len(v))])
@@ -53,6 +57,7 @@ def frame(solver: str, x, v, internal, outer, k: np.ndarray, h: float, held: lis
             x = x + h * v
             v = kicked(v, outer(x), h)
         elif solver == "verlet":
+            v = v + 0.5 * h * air(x, v, 0.5 * h)
             v = kicked(v + 0.5 * h * pulls, outer(x), 0.5 * h)
             x = x + h * v
             v = kicked(v, outer(x), 0.5 * h)
@@ -60,6 +65,8 @@ def frame(solver: str, x, v, internal, outer, k: np.ndarray, h: float, held: lis
         if solver in ("drift_kick", "verlet"):
             pulls = internal(x, v)
             v = v + (h if solver == "drift_kick" else 0.5 * h) * pulls
+        if solver == "verlet":
+            v = v + 0.5 * h * air(x, v, 0.5 * h)
     return x, v
 
 

@@ -49,7 +49,7 @@ class Cloth(NetworkSystem):
         rest = [np.linalg.norm(i * along + j * down) for i, j in cloth.STEPS]
         kinds = [spec.bend if 2 in map(abs, step) else spec.structural if 0 in step else spec.shear for step in cloth.STEPS]
         numbers = {"rest": rest, "stiffness": [kind.stiffness for kind in kinds], "damping": [kind.damping for kind in kinds]}
-        numbers["air"] = [self.solver.air_rate(spec.air / spec.density)]
+        numbers["air"] = self.solver.air_rows(spec.air / spec.density)
         return {key: np.array(values, np.float32) for key, values in numbers.items()}
 
     def stages(self, native: bool) -> Iterator[Stage]:

@@ -4,6 +4,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 
+import numpy as np
 import warp as wp
 
 from warpsim.launch import Stage
@@ -24,10 +25,13 @@ class NetworkSolver(ABC):
     def __init__(self, system):
         self.system = system
 
-    def air_rate(self, k: float) -> float:
-        """Return the rate at which velocities across a surface fall within a substep, where alone they would die away by e^(−k t) [1/s]."""
-        h = self.system.pace.dt
-        return -math.expm1(-k * h) / h
+    def air_rows(self, k: float) -> np.ndarray:
+        """Return how the air acts at each moment of a frame, where alone it lets velocities across a surface die away by e^(−k t).
+
+        (moments, 2): the rate at which it does [1/s]; and the time for which the springs' pull has acted on the velocity that it meets [s].
+        """
+        h, moments = self.system.pace.dt, 2 * self.system.pace.substep_count + 1
+        return np.tile([-math.expm1(-k * h) / h, 0.0], (moments, 1))
 
     @abstractmethod
     def stages(self) -> Iterator[Stage]:

@@ -1,7 +1,10 @@
 """Split: the particles' kernels move the points, and the springs act within their substep or as kicks before and after it."""
 
+import math
 from collections.abc import Iterator
 from typing import final
+
+import numpy as np
 
 from warpsim.integrators import SECOND_ORDER_FORM
 from warpsim.kernels import spring_loops, springs
@@ -29,6 +32,15 @@ class Split(NetworkSolver):
         self._when, self._method = WHEN[system.spec.solver], SECOND_ORDER_FORM[system.spec.solver]
         if self._when == WITHIN:
             system.particles.internal = system.internal
+
+    def air_rows(self, k: float) -> np.ndarray:
+        """Return, for verlet, the air between two half kicks of the springs, half a decay where a frame begins or ends (Strang)."""
+        rows = super().air_rows(k)
+        if self._when == HALVES:
+            h = 0.5 * self.system.pace.dt
+            rows[1:, 1] = h  # of the springs' kick that ends and begins here, half has come before
+            rows[[0, -1], 0] = -math.expm1(-k * h) / h
+        return rows
 
     def stages(self) -> Iterator[Stage]:
         """Yield the stages of all substeps; the two half kicks that meet between substeps are one."""

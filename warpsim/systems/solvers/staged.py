@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from typing import final
 
+import numpy as np
 import warp as wp
 
 from warpsim.integrators import SECOND_ORDER_FORM
@@ -38,9 +39,9 @@ class Staged(NetworkSolver):
             setattr(work, name, wp.zeros((3, capacity), dtype=float, device=device))
         self._work = work
 
-    def air_rate(self, k: float) -> float:
-        """Return k itself: the air is one more force, for a method of any order to integrate."""
-        return k
+    def air_rows(self, k: float) -> np.ndarray:
+        """Return k itself for every moment: the air is one more force, for a method of any order to integrate."""
+        return np.tile([k, 0.0], (2 * self.system.pace.substep_count + 1, 1))
 
     def change(self) -> None:
         """Forget the past: it is that of another equation."""
