@@ -7,7 +7,8 @@ from pydantic import Field, model_validator
 from warpsim.scene.assets import asset_path
 from warpsim.scene.base import Mistake, Number, ShortSpec, Spec, Truth, Vec3, WholeNumber, form_by_key, mistakes, one_of_forms
 from warpsim.scene.look import Look
-from warpsim.scene.particles import Drag, Feels, StokesDrag, System
+from warpsim.scene.particles import Drag, Feels, StokesDrag, System, repeated_names
+from warpsim.scene.steering import BehaviorUnion
 
 Distance = Annotated[Number, Field(gt=0.0, le=1e9)]
 Speed = Annotated[Number, Field(ge=0.0, le=1e9)]
@@ -99,6 +100,7 @@ class Flock(System):
     turn_rate: Annotated[Number, Field(gt=0.0, le=1e9)] | None = Field(
         None, description="Fastest turn of the heading; absent: any [deg/s]."
     )
+    steering: tuple[BehaviorUnion, ...] = Field((), max_length=64, description="What boids do besides; their forces add up.")
     vicsek: Vicsek | None = Field(None, description="Instead of the three rules: Vicsek's model, one turn per substep.")
     mass: Annotated[Number, Field(ge=1e-12, le=1e12)] = Field(1.0, description="Of a boid [kg].")
     radius: Annotated[Number, Field(gt=0.0, le=1e6)] = Field(0.05, description="Of a boid, for drag by viscosity [m].")
@@ -112,6 +114,20 @@ class Flock(System):
     def method(self) -> str:
         """The solver in effect."""
         return "semi_implicit_euler"
+
+    @property
+    def pace(self) -> float:
+        """How fast boids want to be that steer: the greatest speed of the band, else that at which they start [m/s]."""
+        return self.speed[1] if self.speed else self.starting_speed
+
+    @property
+    def starting_speed(self) -> float:
+        """How fast boids start that get their headings at random [m/s]."""
+        if self.vicsek is not None:
+            return self.vicsek.speed
+        if self.start.speed is not None:
+            return self.start.speed
+        return 0.5 * sum(self.speed) if self.speed else 1.0
 
     @property
     def point_count(self) -> int:
@@ -136,7 +152,7 @@ class Flock(System):
             if rule.radius is not None and rule.radius > self.perception.radius:
                 words = f"nobody farther than perception.radius, {self.perception.radius:g} m, is seen"
                 found.append(Mistake((key, "radius"), words, ("perception", key)))
-        found += _fold_mistakes(self) + _vicsek_mistakes(self)
+        found += _fold_mistakes(self) + _vicsek_mistakes(self) + _steering_mistakes(self)
         if found:
             raise mistakes(found)
         return self
@@ -159,14 +175,31 @@ def _vicsek_mistakes(flock: Flock) -> list[Mistake]:
     """Return a mistake for each key that Vicsek's model has no use for, and for a space in which there is nothing to turn to."""
     if flock.vicsek is None:
         return []
-    idle = ("separation", "cohesion", "alignment", "speed", "max_force", "turn_rate", "coupling")
+    idle = ("separation", "cohesion", "alignment", "speed", "max_force", "turn_rate", "coupling", "steering")
     found = [
         Mistake((key,), f"vicsek knows one speed and its neighbors' headings only: leave {key} out", ("vicsek", key))
         for key in idle
-        if key in flock.model_fields_set and getattr(flock, key) is not None
+        if key in flock.model_fields_set and getattr(flock, key) not in (None, ())
     ]
     if flock.start.speed is not None:
         found.append(Mistake(("start", "speed"), "vicsek.speed is the speed of all: leave this one out", ("vicsek", "start")))
     if flock.domain is None or sum(edge > 0.0 for edge in flock.domain.size) < 2:
         found.append(Mistake(("vicsek",), "needs a domain with an extent along two axes at least, to turn in", ("domain", "vicsek")))
+    return found
+
+
+def _steering_mistakes(flock: Flock) -> list[Mistake]:
+    """Return a mistake for each behavior that lacks its goal, its leader or its walls."""
+    found = repeated_names("steering", flock.steering)
+    for k, one in enumerate(flock.steering):
+        if one.type == "leader" and (one.boid is None) == (one.target is None):
+            found.append(Mistake(("steering", k), "give either the number of a boid that leads, or a target", ("steering",)))
+        elif one.type == "leader" and one.boid is not None and one.boid >= flock.count:
+            message = f"there is no boid {one.boid}: there are {flock.count}, counted from 0"
+            found.append(Mistake(("steering", k, "boid"), message, ("steering", "count")))
+        elif one.type == "contain" and (flock.domain is None or flock.domain.boundary == "periodic"):
+            words = "there are no walls to keep away from: the domain has none, or is periodic"
+            found.append(Mistake(("steering", k, "type"), words, ("steering", "domain")))
+        elif one.type == "path" and all(a == b for a, b in zip(one.points, one.points[1:], strict=False)):
+            found.append(Mistake(("steering", k, "points"), "all points of the path are one", ("steering",)))
     return found

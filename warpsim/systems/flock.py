@@ -16,6 +16,7 @@ from warpsim.systems.emitters import random_key
 from warpsim.systems.lasting import LastingSystem
 from warpsim.systems.neighbors import Neighbors, bits_for
 from warpsim.systems.pairs import substep_of
+from warpsim.systems.steering import Steering
 
 NEIGHBORS = {"neighbors": Field(1, wp.int32, "1", "how many others it saw in the last substep")}
 LOAD_OF_NEIGHBORS = 4  # five times the work with 24 of them, and more barriers
@@ -32,7 +33,7 @@ class Flock(LastingSystem):
         super().__init__(name, spec, scene, environment, clock, count, place, velocity, mass, NEIGHBORS)
         self.resolve_contacts()
         if spec.start.file is None:
-            inputs = (spec.count, random_key(scene.seed, name, spec.start.seed), starting_speed(spec), self.domain, self.particles)
+            inputs = (spec.count, random_key(scene.seed, name, spec.start.seed), spec.starting_speed, self.domain, self.particles)
             wp.launch(flight.emit_flock, self.population.capacity, [0, *inputs], device=self.device)
         self._neighbors = Neighbors(self.population, spec.perception.radius, rows=6)
         self.crowd = flock.Crowd()
@@ -46,6 +47,7 @@ class Flock(LastingSystem):
         self._limits = wp.array([limit_row(spec, self.pace.dt)], dtype=flight.Limits, device=self.device)
         self._vicsek = wp.array([self._vicsek_row(spec)] if spec.vicsek else [], dtype=flight.Vicsek, device=self.device)
         self.steering = wp.zeros((3, self.population.capacity), dtype=float, device=self.device)
+        self._behaviors = Steering(self, environment)
         self._origin = self.save()
 
     def _rule_row(self, spec) -> flock.Rules:
@@ -67,10 +69,12 @@ class Flock(LastingSystem):
     def stages(self, native: bool) -> Iterator[Stage]:
         """Yield the frame's stages; nothing in them waits for the device."""
         yield from self.surroundings.stages()
+        yield from self._behaviors.sampling()
         sort = list(self._neighbors.stages(native))
         for s in range(self.pace.substep_count):
             yield from self.begin()
             yield from self._gather(sort)
+            yield from self._behaviors.stages(s)
             yield self._advance(s)
             yield from self.resolve(s)
             yield Stage("domain", flight.project_domain, self.population.capacity, (self.point_count, self.domain, self.particles))
@@ -106,6 +110,7 @@ class Flock(LastingSystem):
         self._neighbors.change(spec.perception.radius)
         self._rules.assign(wp.array([self._rule_row(spec)], dtype=flock.Rules, device=self.device))
         self._limits.assign(wp.array([limit_row(spec, self.pace.dt)], dtype=flight.Limits, device=self.device))
+        self._behaviors.change()
         if spec.vicsek:
             self._vicsek.assign(wp.array([self._vicsek_row(spec)], dtype=flight.Vicsek, device=self.device))
 
@@ -156,10 +161,3 @@ def limit_row(spec, h: float) -> flight.Limits:
     turn = math.radians(spec.turn_rate) * h if spec.turn_rate else math.pi
     row.turn_cosine, row.turn_sine = (math.cos(turn), math.sin(turn)) if turn < math.pi else (-2.0, 0.0)
     return row
-
-
-def starting_speed(spec) -> float:
-    """Return how fast boids start that get their headings at random [m/s]."""
-    if spec.vicsek or spec.start.speed is not None:
-        return spec.vicsek.speed if spec.vicsek else spec.start.speed
-    return 0.5 * sum(spec.speed) if spec.speed else 1.0
