@@ -18,7 +18,7 @@ class ClearanceOracle(OfNetwork, Span, Oracle):
 
     type: Literal["clearance"] = Field("clearance", description="Kind of oracle.")
     collider: Name | Annotated[WholeNumber, Field(ge=0)] | None = Field(
-        None, description="Name or number of the collider; absent: all that the network feels and that do not kill, but meshes."
+        None, description="Name or number of the collider; absent: all that the network feels and that do not kill, but meshes [1]."
     )
     expect: Strength | None = Field(None, description="The distance [m]; absent: the network's thickness.")
 
