@@ -20,7 +20,7 @@ class ClearanceOracle(OfNetwork, Span, Oracle):
     collider: Name | Annotated[WholeNumber, Field(ge=0)] | None = Field(
         None, description="Name or number of the collider; absent: all that the network feels and that do not kill, but meshes [1]."
     )
-    expect: Strength | None = Field(None, description="The distance [m]; absent: the network's thickness.")
+    expect: Strength | None = Field(None, description="The distance; absent: the network's thickness [m].")
 
     def misfits(self, scene) -> list[Mistake]:
         return first_misfit(lambda: super(ClearanceOracle, self).misfits(scene), lambda: self._collider_misfits(scene))
