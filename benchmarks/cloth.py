@@ -18,7 +18,7 @@ import warp as wp
 from benchmarks.measure import Timing, Way, stage_shares, take_turns
 from benchmarks.report import Report
 from warpsim import Scene, Simulation
-from warpsim.launch import available_cores
+from warpsim.launch import PARALLEL_FROM, available_cores
 
 SPACING, STIFFNESS, DAMPING, MASS = 0.1, 1000.0, 10.0, 0.1  # [m], [N/m], [N s/m], [kg]: the sample's
 FPS, SUBSTEPS = 60, 16
@@ -125,15 +125,24 @@ def measure_cloth(count: int, report: Report, rounds: int) -> None:
     apart = compare(runs, peers)
     times = take_turns(runs | peers, rounds, lambda: None)
     tell_times(count, report, runs[ways[0]], times, apart)
-    ours = times[ways[-1]]
-    for way in peers:
-        bar = 8.0 if way.threads == 1 else 25.0
-        report.ratio("cloth", f"{way.label} / {ways[-1].label}", times[way].seconds.over(ours.seconds), bar, ours.starved(cores))
-    if cores > 1:
-        report.ratio("cloth", f"{ways[0].label} / {ways[1].label}", times[ways[0]].seconds.over(ours.seconds), 1.5, ours.starved(cores))
+    tell_ratios(report, times, cores if runs[ways[-1]].systems["sheet"].load >= PARALLEL_FROM else 1)
     shares = stage_shares(runs[ways[0]], max(5, rounds // 3))
     report.fact("cloth", "stages, 1 thread", ", ".join(f"{stage} {share:.1%}" for stage, share in shares.items()), shares=shares)
     report.console.print()
+
+
+def tell_ratios(report: Report, times: dict[Way, Timing], used: int) -> None:
+    """Print how much longer the peers take than we do with all cores and with one; `used`: cores that the sheet is worth."""
+    peers = [way for way in times if not way.native]
+    alone, *more = [way for way in times if way.native]
+    for way in peers:
+        for mine in (alone, *more) if way.threads == 1 else (*more, alone)[:1]:
+            bar = None if mine is alone and more else 8.0 if way.threads == 1 else 25.0
+            starved = times[mine].starved(min(mine.threads, used))
+            report.ratio("cloth", f"{way.label} / {mine.label}", times[way].seconds.over(times[mine].seconds), bar, starved)
+    for mine in more if used > 1 else ():
+        ratio = times[alone].seconds.over(times[mine].seconds)
+        report.ratio("cloth", f"{alone.label} / {mine.label}", ratio, 1.5, times[mine].starved(used))
 
 
 def compare(runs: dict[Way, Simulation], peers: dict[Way, Peer]) -> float:

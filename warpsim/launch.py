@@ -53,6 +53,16 @@ def yield_address() -> int:
     return (ctypes.cast(function, ctypes.c_void_p).value or 0) if function else 0
 
 
+_present = threading.local()
+
+
+def _stay_on(cores: frozenset[int]) -> None:
+    """Let the present thread run on these cores alone, where the system can be told; the call is made only where that is new."""
+    if hasattr(os, "sched_setaffinity") and getattr(_present, "cores", None) != cores:
+        os.sched_setaffinity(0, cores)
+        _present.cores = cores
+
+
 def _work(inbox: SimpleQueue) -> None:
     """Live the life of a thread of the crew."""
     while True:
@@ -88,6 +98,7 @@ class FrameGraph:
             if kernel is not None:
                 # Compiles what is not in the cache, which a CUDA capture could not; on the CPU every launch has blocks of one.
                 kernel.module.load(self.device, 1 if self.device.is_cpu else 256)
+        self._everywhere = frozenset(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else frozenset()
         self._graphs = {cores: [self._capture(core, cores) for core in range(cores)] for cores in {1, self.core_count}}
 
     def _capture(self, core: int, core_count: int):
@@ -134,8 +145,9 @@ class FrameGraph:
             if end > first:
                 wp.launch(stage.kernel, end - first, [first, *stage.inputs], device=self.device)
 
-    def _replay(self, graph) -> BaseException | None:
+    def _replay(self, graph, cores: frozenset[int]) -> BaseException | None:
         try:
+            _stay_on(cores)
             wp.capture_launch(graph)
         except BaseException as error:
             self._barrier.numpy()[32] = 1  # the other cores must not wait for this one
@@ -157,7 +169,15 @@ class FrameGraph:
             wp.capture_launch(self._graphs[1][0])
         else:
             core_count = self.core_count if particle_count >= PARALLEL_FROM else 1
-            self._together([partial(self._replay, graph) for graph in self._graphs[core_count]])
+            self._together([partial(self._replay, *each) for each in zip(self._graphs[core_count], self._places(core_count), strict=True)])
+
+    def _places(self, core_count: int) -> list[frozenset[int]]:
+        """Return where each graph runs: each on a core of its own where all are used, else wherever the system likes.
+
+        Threads that wait for each other all the time and are put on one core, which a busy machine does, take turns of milliseconds.
+        """
+        cores = self._everywhere
+        return [frozenset((core,)) for core in sorted(cores)] if core_count == len(cores) > 1 else [cores] * core_count
 
     def settle(self) -> None:
         """Wait for a frame that KeyboardInterrupt left running."""

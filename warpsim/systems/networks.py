@@ -21,8 +21,8 @@ from warpsim.systems.parts import PARTS
 from warpsim.systems.solvers import SOLVERS
 
 # Of one substep, in particles that move alone, 9.4 ns a frame (docs/adr/0003-native-loops.md): a point's motion 1.9 ns, a spring 0.4 ns in
-# a sheet to 1 ns in lists, and 6.6 us for the two meetings of cores that a second core must make up for.
-POINT_WORK, SPRING_WORK, MEETINGS = 0.2, 0.07, 700
+# a sheet to 1 ns in lists, and 4 us for the two meetings of cores that a second core must make up for.
+POINT_WORK, SPRING_WORK, MEETINGS = 0.2, 0.07, 425
 
 
 class NetworkSystem(LastingSystem):
