@@ -32,15 +32,25 @@ def substep_count(spec, time) -> int:
     return 1 if (spec.substeps or time.substeps) == "auto" else spec.substeps or time.substeps
 
 
+def is_damped(spec) -> bool:
+    """Return whether anything takes energy from a network: damping of its springs, or drag."""
+    if spec.type == "cloth":
+        found = [spec.drag, *(kind.damping for kind in (spec.structural, spec.shear, spec.bend))]
+    else:
+        damping = getattr(spec, "damping", 0.0)
+        found = damping if isinstance(damping, tuple) else [damping]
+    return spec.coupling is not None or any(found)
+
+
 def pacing_mistakes(scene) -> list[Mistake]:
     """Return a mistake for each system whose substeps, solver, tolerance and surroundings do not go together."""
     found = []
     for name, spec in scene.systems.items():
         place = ("systems", name)
         if spec.type != "particles":
-            if (spec.substeps or scene.time.substeps) == "auto" and spec.method == "euler":
+            if (spec.substeps or scene.time.substeps) == "auto" and spec.method == "euler" and not is_damped(spec):
                 where = (*place, "substeps") if spec.substeps else ("time", "substeps")
-                words = f"no number of substeps is enough for {name}: with euler whatever swings grows (take another solver)"
+                words = f"no number of substeps is enough for {name}: with euler whatever swings grows (take another solver, or damping)"
                 found.append(Mistake(where, words, ("solver", "substeps")))
             continue
         if not is_adaptive(spec, scene.time):
