@@ -44,6 +44,50 @@ def mark_faults(first: int, count: int, environment: wp.array[Environment], part
         counters_inout[FAULT] = wp.int64(1)
 
 
+@wp.func
+def start_of(i: int, start: wp.array2d[float]) -> wp.vec3:
+    """Return where the substep found point i [m]."""
+    return wp.vec3(start[0, i], start[1, i], start[2, i])
+
+
+@wp.func
+def speed_of(i: int, start: wp.array2d[float]) -> wp.vec3:
+    """Return the velocity with which the substep found point i [m/s]."""
+    return wp.vec3(start[3, i], start[4, i], start[5, i])
+
+
+@wp.func
+def approaches_colliders(i: int, pace: Pace, environment: Environment, start: wp.array2d[float], particles: Particles) -> int:
+    """Return 1 if point i may touch a collider on its way since the beginning of substep pace.first."""
+    body = Body()
+    body.x = read3(particles.position, i)
+    body.v = read3(particles.velocity, i)
+    return near_colliders(i, pace.first, pace.dt, start_of(i, start), speed_of(i, start), body, pace, environment, particles)
+
+
+@wp.func
+def lead_past(
+    i: int,
+    frame: int,
+    pace: Pace,
+    environment: Environment,
+    start: wp.array2d[float],
+    particles_inout: Particles,
+    counters_inout: wp.array[wp.int64],
+):
+    """Lead point i past the colliders, from where substep pace.first found it toward where it is now."""
+    x = read3(particles_inout.position, i)
+    v = read3(particles_inout.velocity, i)
+    age = age_at(frame, particles_inout.birth_frame[i], particles_inout.birth_age[i], pace.fps)
+    x0 = start_of(i, start)
+    v0 = speed_of(i, start)
+    passage = meet_colliders(i, pace.first, pace.dt, age, x0, v0, x, v, pace, environment, particles_inout, counters_inout)
+    write3(particles_inout.position, i, passage.x)
+    write3(particles_inout.velocity, i, passage.v)
+    if passage.hits > 0 and particles_inout.history_count.shape[0] > 0:
+        particles_inout.history_count[i] = 0  # what drove it before says nothing of what comes now
+
+
 # Apart, because contact takes longer to compile than all the rest.
 @wp.kernel(enable_backward=False, module="warpsim.kernels.points.contacts")
 def resolve_points(
@@ -60,16 +104,5 @@ def resolve_points(
     """Lead every point's way from where substep pace.first found it to where it is now past the colliders."""
     i = first + wp.tid()
     if i < count and started(clock, opening):
-        body = Body()
-        body.x = read3(particles_inout.position, i)
-        body.v = read3(particles_inout.velocity, i)
-        x0 = wp.vec3(start[0, i], start[1, i], start[2, i])
-        v0 = wp.vec3(start[3, i], start[4, i], start[5, i])
-        s = pace.first
-        if near_colliders(i, s, pace.dt, x0, v0, body, pace, environment[0], particles_inout) == 1:
-            age = age_at(int(clock[0]), particles_inout.birth_frame[i], particles_inout.birth_age[i], pace.fps)
-            passage = meet_colliders(i, s, pace.dt, age, x0, v0, body.x, body.v, pace, environment[0], particles_inout, counters_inout)
-            write3(particles_inout.position, i, passage.x)
-            write3(particles_inout.velocity, i, passage.v)
-            if passage.hits > 0 and particles_inout.history_count.shape[0] > 0:
-                particles_inout.history_count[i] = 0  # what drove it before says nothing of what comes now
+        if approaches_colliders(i, pace, environment[0], start, particles_inout) == 1:
+            lead_past(i, int(clock[0]), pace, environment[0], start, particles_inout, counters_inout)

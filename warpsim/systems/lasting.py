@@ -9,7 +9,7 @@ import warp as wp
 
 from warpsim.environment import Environment, Surroundings
 from warpsim.frame import SystemFrame
-from warpsim.kernels import emission, integration, points
+from warpsim.kernels import emission, integration, point_loops, points
 from warpsim.kernels.collider import BOUNCE, BOX, Collider
 from warpsim.kernels.environment import KILL, RESET
 from warpsim.launch import Stage
@@ -97,7 +97,7 @@ class LastingSystem(ABC):
         count, population, row = self.point_count, self.population, self.surroundings.row
         if self.surroundings.has_colliders:
             inputs = (count, self.opening, substep_of(self.pace, s), self.clock, row, self.start, self.particles, population.counters)
-            yield Stage("contacts", points.resolve_points, population.capacity, inputs)
+            yield Stage("contacts", points.resolve_points, population.capacity, inputs, point_loops.resolve_points)
         if s == self.pace.substep_count - 1:
             yield Stage("points", points.mark_faults, population.capacity, (count, row, self.particles, population.counters))
 
