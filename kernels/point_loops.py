@@ -63,10 +63,11 @@ def resolve_points(
     clock: wp.array[wp.int64],
     environment: wp.array[Environment],
     start: wp.array2d[float],
+    asked: wp.array[int],
     particles_inout: Particles,
     counters_inout: wp.array[wp.int64],
 ):
-    """Lead the ways of one part of the points past the colliders."""
-    if started(clock, opening):
+    """Lead the ways of one part of the points past the colliders, if that is asked for (1)."""
+    if asked[0] == 1 and started(clock, opening):
         cut = share(part + wp.tid(), part_count, count)
         resolve_range(cut[0], cut[1], int(clock[0]), pace, environment[0], start, particles_inout, counters_inout)

@@ -98,11 +98,12 @@ def resolve_points(
     clock: wp.array[wp.int64],
     environment: wp.array[Environment],
     start: wp.array2d[float],
+    asked: wp.array[int],
     particles_inout: Particles,
     counters_inout: wp.array[wp.int64],
 ):
-    """Lead every point's way from where substep pace.first found it to where it is now past the colliders."""
+    """Lead every point's way from where substep pace.first found it to where it is now past the colliders, if that is asked for (1)."""
     i = first + wp.tid()
-    if i < count and started(clock, opening):
+    if i < count and asked[0] == 1 and started(clock, opening):
         if approaches_colliders(i, pace, environment[0], start, particles_inout) == 1:
             lead_past(i, int(clock[0]), pace, environment[0], start, particles_inout, counters_inout)

@@ -103,7 +103,7 @@ def test_a_crowd_is_listed_by_distance_and_looked_for_again(native):
     assert one.part.layers.flags.numpy()[layers.SEARCH] == 1
 
 
-@pytest.mark.parametrize("size", [(5, 5), (9, 40), (33, 31)])
+@pytest.mark.parametrize("size", [(5, 5), (9, 40), (33, 21)])
 @pytest.mark.parametrize("solver", ["semi_implicit_euler", "verlet"])
 def test_parts_and_plain_kernels_share_their_bits(size, solver, monkeypatch):
     """A sheet falls on edge and folds up: searches, pushes, friction, brakes."""
@@ -113,7 +113,7 @@ def test_parts_and_plain_kernels_share_their_bits(size, solver, monkeypatch):
     hashes, touched = set(), 0
     for native, threads in ((True, 1), (True, 2), (True, 3), (False, 1), (False, 2)):
         sim = Simulation(network(**keys), device="cpu", threads=threads, native=native)
-        for _ in sim.frames(60):
+        for _ in sim.frames(45):
             touched += sim.systems["s"].statistics()["self_contacts"]
         hashes.add(sim.state_hash())
     assert len(hashes) == 1 and (touched > 0 or size == (5, 5))

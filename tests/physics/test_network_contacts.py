@@ -61,12 +61,16 @@ def test_a_ball_that_moves_pushes_a_curtain():
     assert state(sim)[0][:, 2].max() > 0.7
 
 
-def test_contacts_share_their_bits(monkeypatch):
+@pytest.mark.parametrize("keys", [{}, {"self_collision": True}, {"solver": "xpbd"}], ids=["within", "constrained", "xpbd"])
+def test_contacts_share_their_bits(keys, monkeypatch):
+    """Within the particles' kernels, and in a pass of their own after a constraint or a solver that moves points in its own way."""
     monkeypatch.setattr("warpsim.launch.PARALLEL_FROM", 0)
     colliders = [spec | {"friction": 0.3} for name, spec in COLLIDERS.items() if name != "bowl"]
+    motion = {"center": [{"sine": {"amplitude": 0.3, "period": 0.4}}, 0.5, 0.2], "rotation": [0, {"expression": "90*t"}, 0]}
+    colliders.append({"type": "box", "size": [0.2, 0.3, 0.2], "motion": motion})
     hashes = set()
     for native, threads in ((True, 1), (True, 3), (False, 1)):
-        sim = Simulation(network(**CLOTH, more={"colliders": colliders}), device="cpu", threads=threads, native=native)
+        sim = Simulation(network(**CLOTH, **keys, more={"colliders": colliders}), device="cpu", threads=threads, native=native)
         sim.run(0.6)
         hashes.add(sim.state_hash())
     assert len(hashes) == 1
@@ -77,3 +81,34 @@ def test_colliders_that_kill_leave_a_network_whole():
     sim = simulate(**CLOTH, more={"colliders": [spec]})
     sim.run(1.0)
     assert sim.frame()["s"].count == 289 and state(sim)[0][:, 1].max() < -2.0
+
+
+@pytest.mark.parametrize("name", [*COLLIDERS, "ball"])
+@pytest.mark.parametrize("keys", [{}, {"self_collision": True}, {"solver": "xpbd"}], ids=["within", "constrained", "xpbd"])
+def test_cloth_born_inside_a_collider_is_put_on_its_surface(keys, name):
+    """In the first frame that moves, by the nearest way; nobody flies off, and nobody is inside again afterwards."""
+    spec = COLLIDERS[name] if name in COLLIDERS else {"type": "sphere", "center": [0.1, 0.3, 0], "radius": 0.5}
+    corner = [-0.8, 2.2, -0.8] if name == "bowl" else [-0.8, 0.05, -0.8]
+    sim = simulate(**{**CLOTH, "corner": corner}, **keys, more={"colliders": [{**spec, "restitution": 0}]})
+    born = clearance(spec, state(sim)[0])
+    assert born.min() < -0.02
+    for frame in sim.frames(40):
+        if frame.index > 1:
+            assert clearance(spec, frame["s"].position.astype(float)).min() > THICKNESS - 2e-5, frame.index
+    assert np.abs(state(sim)[1]).max() < 12.0  # a fall of 0.7 s and what it was stretched by, not a throw of 0.5 m in a substep
+
+
+SHEET = "v -0.5 0 -0.5\nv 0.5 0 -0.5\nv 0.5 0 0.5\nv -0.5 0 0.5\nf 1 3 2\nf 1 4 3\n"
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("keys", [{}, {"self_collision": True}], ids=["within", "constrained"])
+def test_a_sheet_of_triangles_holds_cloth_from_either_side(keys, side, tmp_path):
+    """A square of two triangles, 0.03 thick: cloth falls onto it, or rises against it, and stays half of that and the thickness away."""
+    (tmp_path / "sheet.obj").write_text(SHEET)
+    mesh = {"type": "mesh", "file": str(tmp_path / "sheet.obj"), "thickness": 0.03, "friction": 0.9, "restitution": 0}
+    cloth = {**CLOTH, "corner": [-0.4, 0.1 * side, -0.4], "edges": [[0.8, 0, 0], [0, 0, 0.8]], "gravity": (0, -9.81 * side, 0)}
+    sim = simulate(**cloth, **keys, more={"colliders": [mesh]})
+    for frame in sim.frames(60):
+        assert (side * frame["s"].position[:, 1]).min() > THICKNESS + 0.015 - 2e-5, frame.index
+    assert (side * state(sim)[0][:, 1]).max() < THICKNESS + 0.016

@@ -84,6 +84,7 @@ class LastingSystem(ABC):
         if not self.resolves:
             self.resolves = True
             self.start = wp.zeros((6, self.population.capacity), dtype=float, device=self.device)
+            self._always = wp.ones(1, dtype=int, device=self.device)
 
     def begin(self) -> Iterator[Stage]:
         """Yield the stage that notes where a substep finds the points, if somebody wants to know; before anything moves."""
@@ -95,11 +96,16 @@ class LastingSystem(ABC):
         if not self.resolves:
             return
         count, population, row = self.point_count, self.population, self.surroundings.row
-        if self.surroundings.has_colliders:
-            inputs = (count, self.opening, substep_of(self.pace, s), self.clock, row, self.start, self.particles, population.counters)
-            yield Stage("contacts", points.resolve_points, population.capacity, inputs, point_loops.resolve_points)
+        yield from self.contacts(s, self._always)
         if s == self.pace.substep_count - 1:
             yield Stage("points", points.mark_faults, population.capacity, (count, row, self.particles, population.counters))
+
+    def contacts(self, s: int, asked: wp.array) -> Iterator[Stage]:
+        """Yield the stage that leads the points past colliders on their way since begin(), if `asked`, on the device, is 1."""
+        if self.surroundings.has_colliders:
+            moment = (self.point_count, self.opening, substep_of(self.pace, s), self.clock)
+            inputs = (*moment, self.surroundings.row, self.start, asked, self.particles, self.population.counters)
+            yield Stage("contacts", points.resolve_points, self.population.capacity, inputs, point_loops.resolve_points)
 
     @abstractmethod
     def stages(self, native: bool) -> Iterator[Stage]:

@@ -81,10 +81,11 @@ class SelfCollision(Part):
         yield Stage("layers", layers.advance_touched, capacity, (system.clock, sheet, particles))
 
     def after(self, s: int) -> Iterator[Stage]:
-        """Yield the stages that brake a substep in which points would come too near."""
+        """Yield the stages that brake a substep in which points would come too near, and lead who was braked past the colliders again."""
         capacity, inputs = self.system.population.capacity, (self.layers, self.system.particles)
         yield Stage("layers", layers.mark_alarm, capacity, inputs, layer_loops.mark_alarm)
         yield Stage("layers", layers.limit_ways, capacity, (self.system.clock, *inputs))
+        yield from self.system.contacts(s, self.layers.flags[layers.ALARM : layers.ALARM + 1])  # the common motion leads into colliders
 
     def statistics(self) -> dict[str, float]:
         """Return how many pairs touch, and how many substeps of the frame were braked."""
