@@ -71,7 +71,8 @@ MUTATIONS = (
     Mutation("cohesion", "kernels/flock.py", "coherent * rules.cohesion", "coherent * (1.01 * rules.cohesion)", {"flock": "course"}),
     Mutation("alignment", "kernels/flock.py", "turn * rules.alignment", "turn * (1.01 * rules.alignment)", {"flock": "course"}),
     Mutation("stiffness", "kernels/springs.py", "n * (k * (d2", "n * (1.01 * k * (d2",
-             {"springs": "swing weight", "jelly": "wobble", "curtain": "hem"}),
+             {"springs": "swing weight", "jelly": "wobble", "curtain": "hem",
+              "modes": "first second third fourth fifth", "trampoline": "sag", "rope_bridge": "hangs gives_way", "flutter": "corner"}),
     Mutation("rest_length", "kernels/springs.py", "(d2 * inverse - r)", "(d2 * inverse - 1.01 * r)",
              {"springs": "weight", "chain": "catenary"}),
     Mutation("follow", "kernels/exponential.py", "x + (n0 + n1 * real(0.5)", "x + (n0 + n1 * real(0.505)",
@@ -117,7 +118,8 @@ MUTATIONS = (
     Mutation("mesh_surface", BIRTH, "emitter.turn * on_surface(", "emitter.turn * 1.01 * on_surface(", {"mesh_emitter": "skin"}),
     Mutation("mesh_volume", BIRTH, "emitter.turn * in_volume(", "emitter.turn * 1.01 * in_volume(", {"mesh_emitter": "inside"}),
     Mutation("round", "kernels/clearance.py", "gap.g = length - c.radius", "gap.g = length - 1.01 * c.radius", {"drape": "top"}),
-    Mutation("air", "kernels/cloth.py", "area * (g * wp.dot", "area * (1.01 * g * wp.dot", {"cloth": "drift"}),
+    Mutation("air", "kernels/cloth.py", "area * (g * wp.dot", "area * (1.01 * g * wp.dot",
+             {"cloth": "drift", "flags": "corner", "flutter": "corner"}),
 )  # fmt: skip
 
 
