@@ -53,6 +53,8 @@ class Projection:
     damped: wp.array[int]  # (1): 1 if any spring has damping; a sheet's kinds tell themselves
     begin: wp.array[int]  # (colors + 1): first place of each color in `order`; none for a sheet
     order: wp.array[int]  # (m): the springs color by color; none for a sheet
+    piece: wp.array[wp.vec2i]  # (pieces): for native loops, first place and how many springs, negative where they are scattered
+    first_piece: wp.array[int]  # (colors + 1): first piece of each color
     inverse_mass: wp.array[float]  # (capacity) [1/kg]; 0 for a point that is pinned
     response: wp.array[float]  # (capacity): the same, less what drag takes of an impulse within a substep [1/kg]
 

@@ -7,7 +7,7 @@ import warp as wp
 
 from warpsim.kernels.cloth import STEPS, Sheet
 from warpsim.kernels.emission import Particles
-from warpsim.kernels.loops import share, snippet
+from warpsim.kernels.loops import snippet
 from warpsim.kernels.springs import SpringTable
 from warpsim.kernels.xpbd import (
     ALONG,
@@ -62,20 +62,23 @@ DAMP = """
 LISTED = """
     const int *O = projection.order.data;
     const auto *E = table.ends.data;
-    for (int b = begin; b < end; b += B) {
-        const int n = end - b < B ? end - b : B;
+    for (int q = begin; q < end; ++q) {
+        const int place = projection.piece.data[q][0], count = projection.piece.data[q][1], n = count < 0 ? -count : count;
+        const int s = O[place], i = E[s][0], j = E[s][1];
 """
 PROJECT_LISTED = """
         const float *R = table.rest.data, *K = table.stiffness.data;
         float L[B] = {};
-        if (recalls) for (int t = 0; t < n; ++t) L[t] = M[b + t];
-        EACH(n) { const int e = O[b + t]; answer(all, E[e][0], E[e][1], R[e], K[e], L[t]); }
-        if (keeps) for (int t = 0; t < n; ++t) M[b + t] = L[t];
+        if (recalls) for (int t = 0; t < n; ++t) L[t] = M[place + t];
+        if (count > 0) EACH(n) answer(all, i + t, j + t, R[s + t], K[s + t], L[t]);
+        else EACH(n) { const int e = O[place + t]; answer(all, E[e][0], E[e][1], R[e], K[e], L[t]); }
+        if (keeps) for (int t = 0; t < n; ++t) M[place + t] = L[t];
     }
 """
 DAMP_LISTED = """
         const float *C = table.damping.data;
-        EACH(n) { const int e = O[b + t]; answer(all, E[e][0], E[e][1], C[e]); }
+        if (count > 0) EACH(n) answer(all, i + t, j + t, C[s + t]);
+        else EACH(n) { const int e = O[place + t]; answer(all, E[e][0], E[e][1], C[e]); }
     }
 """
 # Springs s of a sheet from points i, i + 1, … to j, j + 1, …; the multipliers lie from `place` on, `stride` apart. A kind that pulls
@@ -193,16 +196,24 @@ def project_range(
     multiplier: wp.array[float],
     particles: Particles,
 ):
-    """Move the ends of the springs at a range of places, all of one color."""
-    for place in range(begin, end):
-        project_spring(place, turn, projection, table, multiplier, particles)
+    """Move the ends of the springs of a range of pieces, all of one color."""
+    for q in range(begin, end):
+        for place in range(projection.piece[q][0], projection.piece[q][0] + wp.abs(projection.piece[q][1])):
+            project_spring(place, turn, projection, table, multiplier, particles)
 
 
 @wp.func_native(xpbd_snippet(POINTS, DAMP, LISTED, DAMP_LISTED))
 def damp_range(begin: int, end: int, projection: Projection, table: SpringTable, particles: Particles):
-    """Slow down the springs at a range of places, all of one color."""
-    for place in range(begin, end):
-        damp_spring(place, projection, table, particles)
+    """Slow down the springs of a range of pieces, all of one color."""
+    for q in range(begin, end):
+        for place in range(projection.piece[q][0], projection.piece[q][0] + wp.abs(projection.piece[q][1])):
+            damp_spring(place, projection, table, particles)
+
+
+@wp.func
+def part_of(part: int, part_count: int, begin: int, end: int) -> wp.vec2i:
+    """Return one core's part of a range."""
+    return wp.vec2i(begin + (end - begin) * part // part_count, begin + (end - begin) * (part + 1) // part_count)
 
 
 @wp.kernel(enable_backward=False)
@@ -218,10 +229,9 @@ def project_springs(
     particles_inout: Particles,
 ):
     """Move the ends of one part of the springs of one color."""
-    begin = projection.begin[color]
-    cut = share(part + wp.tid(), part_count, projection.begin[color + 1] - begin)
+    cut = part_of(part + wp.tid(), part_count, projection.first_piece[color], projection.first_piece[color + 1])
     if moves(projection, clock):
-        project_range(begin + cut[0], begin + cut[1], turn, projection, table, multiplier_inout, particles_inout)
+        project_range(cut[0], cut[1], turn, projection, table, multiplier_inout, particles_inout)
 
 
 @wp.kernel(enable_backward=False)
@@ -239,7 +249,9 @@ def project_colors(
     """Move the ends of the springs of a run of colors, one after the other."""
     if moves(projection, clock):
         for k in range(color + first, end):
-            project_range(projection.begin[k], projection.begin[k + 1], turn, projection, table, multiplier_inout, particles_inout)
+            project_range(
+                projection.first_piece[k], projection.first_piece[k + 1], turn, projection, table, multiplier_inout, particles_inout
+            )
 
 
 @wp.kernel(enable_backward=False)
@@ -253,10 +265,9 @@ def damp_springs(
     particles_inout: Particles,
 ):
     """Slow down one part of the springs of one color."""
-    begin = projection.begin[color]
-    cut = share(part + wp.tid(), part_count, projection.begin[color + 1] - begin)
+    cut = part_of(part + wp.tid(), part_count, projection.first_piece[color], projection.first_piece[color + 1])
     if projection.damped[0] == 1 and moves(projection, clock):
-        damp_range(begin + cut[0], begin + cut[1], projection, table, particles_inout)
+        damp_range(cut[0], cut[1], projection, table, particles_inout)
 
 
 @wp.kernel(enable_backward=False)
@@ -266,9 +277,10 @@ def damp_colors(
     """Slow down the springs of a run of colors, one after the other."""
     if projection.damped[0] == 1 and moves(projection, clock):
         for k in range(color + first, end):
-            damp_range(projection.begin[k], projection.begin[k + 1], projection, table, particles_inout)
+            damp_range(projection.first_piece[k], projection.first_piece[k + 1], projection, table, particles_inout)
 
 
+# Apart, so that who has no sheet need not wait for its loops.
 @wp.func_native(xpbd_snippet(POINTS, PROJECT, PROJECT_SHEET, BLOCKS.replace("@MOVES@", "true"), STRIPS))
 def project_strips(
     begin: int,
@@ -293,14 +305,7 @@ def damp_strips(begin: int, end: int, strip: int, projection: Projection, sheet:
         damp_pair(p, sheet_end(p, strip, ALONG, strip, sheet), sheet.damping[strip], projection, particles)
 
 
-@wp.func
-def strip_share(part: int, part_count: int, sheet: Sheet) -> wp.vec2i:
-    """Return the strips of four rows [begin, end) of one core's part."""
-    strips = (sheet.ny + 3) // 4
-    return wp.vec2i(strips * part // part_count, strips * (part + 1) // part_count)
-
-
-@wp.kernel(enable_backward=False)
+@wp.kernel(enable_backward=False, module="warpsim.kernels.xpbd_loops.sheets")
 def project_sheet(
     part: int,
     part_count: int,
@@ -313,12 +318,12 @@ def project_sheet(
     particles_inout: Particles,
 ):
     """Move the ends of the springs within one part of the strips: strip 0 are rows 4 q … 4 q + 3, strip 1 rows 4 q + 2 … 4 q + 5."""
-    cut = strip_share(part + wp.tid(), part_count, sheet)
+    cut = part_of(part + wp.tid(), part_count, 0, (sheet.ny + 3) // 4)
     if moves(projection, clock):
         project_strips(cut[0], cut[1], strip, turn, projection, sheet, multiplier_inout, particles_inout)
 
 
-@wp.kernel(enable_backward=False)
+@wp.kernel(enable_backward=False, module="warpsim.kernels.xpbd_loops.sheets")
 def damp_sheet(
     part: int,
     part_count: int,
@@ -329,6 +334,6 @@ def damp_sheet(
     particles_inout: Particles,
 ):
     """Slow down the springs within one part of the strips."""
-    cut = strip_share(part + wp.tid(), part_count, sheet)
+    cut = part_of(part + wp.tid(), part_count, 0, (sheet.ny + 3) // 4)
     if moves(projection, clock):
         damp_strips(cut[0], cut[1], strip, projection, sheet, particles_inout)

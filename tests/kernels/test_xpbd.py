@@ -8,7 +8,7 @@ from tests.reference import cloth as sheets
 from tests.reference import xpbd as twin
 from tests.simulation.networks import network, simulate, state, tangle
 from warpsim import Simulation
-from warpsim.coloring import greedy, of_sheet, runs
+from warpsim.coloring import greedy, of_sheet, pieces, runs
 from warpsim.kernels.xpbd import damping_impulse, spring_pull
 from warpsim.networks import network_of, spring_numbers
 from warpsim.systems.solvers.xpbd import Xpbd
@@ -50,6 +50,32 @@ def test_the_colors_of_a_sheet_are_colors(size):
     springs = network_of(network(**sheet(*size)).systems["s"], "systems.s").springs
     check_colors(springs, of_sheet(springs, size))
     check_colors(springs, of_sheet(springs[:, ::-1], size))
+
+
+@pytest.mark.parametrize("generator", ["chain", "ring", "grid", "block", "tangle"])
+def test_pieces_are_all_springs_once_and_lines_where_they_say_so(generator):
+    """Generated networks lie in lines but for the springs along their rows; a color's pieces follow each other."""
+    sizes = {"chain": {"count": 70, "start": [0, 0, 0], "end": [1, 0, 0]}, "ring": {"count": 70, "radius": 1.0}}
+    sizes |= {"grid": {"resolution": [70, 9], "edges": [[1, 0, 0], [0, 1, 0]]}, "block": {"resolution": [9, 8, 7], "size": [1, 1, 1]}}
+    keys = tangle() if generator == "tangle" else {"generator": {"type": generator, **sizes[generator]}, "stiffness": 1.0}
+    springs = network_of(network(**keys).systems["s"], "systems.s").springs
+    coloring = greedy(springs)
+    check_colors(springs, coloring)
+    found, first = pieces(coloring, springs)
+    assert first[0] == 0 and first[-1] == len(found) and (np.abs(found[:, 1]) <= 64).all() and (found[:, 1] != 0).all()
+    for color, (begin, end) in enumerate(zip(first, first[1:], strict=False)):
+        places = [place + k for place, count in found[begin:end] for k in range(abs(count))]
+        assert places == list(range(coloring.begin[color], coloring.begin[color + 1]))
+    in_line = 0
+    for place, count in found:
+        if count > 0:
+            numbers = coloring.order[place : place + count]
+            assert (np.diff(numbers) == 1).all() and (np.diff(springs[numbers], axis=0) == 1).all()
+            in_line += count
+    share = {"chain": 0.0, "ring": 0.0, "grid": 0.7, "block": 0.7, "tangle": 0.0}[generator]
+    assert share <= in_line / len(springs) <= share + 0.25
+    if generator in ("grid", "block"):
+        assert len(coloring.begin) - 1 == {"grid": 8, "block": 26}[generator]
 
 
 def test_small_colors_in_a_row_go_together():
@@ -161,6 +187,16 @@ def test_parts_and_plain_kernels_share_their_bits(count, worth, turns, monkeypat
     pins = {"pins": [1], "pin_motion": [{"displacement": [{"expression": "sin(9*t)"}, 0, 0]}]}
     keys = {"gravity": GRAVITY, "coupling": {"viscosity": 1e-2}, "radius": 0.1, "solver": "xpbd", "iterations": turns}
     assert len(hashes_of(network(**tangle(count, 3 * count), **pins, **keys, more=wind), 0.1)) == 1
+
+
+@pytest.mark.parametrize("worth", [1, 10**6])
+@pytest.mark.parametrize("generator", ["block", "grid"])
+def test_lines_of_generated_networks_share_their_bits(generator, worth, monkeypatch):
+    monkeypatch.setattr("warpsim.launch.PARALLEL_FROM", 0)
+    monkeypatch.setattr("warpsim.systems.solvers.xpbd.WORTH_A_LAUNCH", {True: worth, False: 40})
+    sizes = {"grid": {"resolution": [70, 9], "edges": [[1, 0, 0], [0, 0.2, 0]]}, "block": {"resolution": [17, 6, 5], "size": [1, 0.3, 0.3]}}
+    keys = {"mass": 0.01, "stiffness": 300.0, "damping": 0.05, "pins": ["left"], "gravity": GRAVITY, "solver": "xpbd", "iterations": 2}
+    assert len(hashes_of(network(generator={"type": generator, **sizes[generator]}, **keys), 0.1)) == 1
 
 
 @pytest.mark.parametrize("turns", [1, 2])

@@ -6,7 +6,7 @@ from typing import final
 import numpy as np
 import warp as wp
 
-from warpsim.coloring import greedy, of_sheet, runs
+from warpsim.coloring import greedy, of_sheet, pieces, runs
 from warpsim.integrators import SECOND_ORDER_FORM
 from warpsim.kernels import cloth, points, xpbd, xpbd_loops
 from warpsim.launch import Stage
@@ -87,6 +87,9 @@ class Xpbd(NetworkSolver):
         coloring = of_sheet(system.net.springs, (sheet.nx, sheet.ny)) if sheet is not None else greedy(system.net.springs)
         projection.order = wp.array(coloring.order, dtype=int, device=system.device)
         projection.begin = wp.array(coloring.begin, dtype=int, device=system.device)
+        piece, first = pieces(coloring, system.net.springs)
+        projection.piece = wp.array(piece, dtype=wp.vec2i, device=system.device)
+        projection.first_piece = wp.array(first, dtype=int, device=system.device)
         memory, sizes = self._multipliers(len(coloring.order)), np.diff(coloring.begin).tolist()
         moved, sweep, damping = (system.clock, memory, system.particles), [[] for _ in range(self._turns)], []
         for color, end in runs(sizes, WORTH_A_LAUNCH[system.native]):
