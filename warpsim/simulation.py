@@ -93,6 +93,9 @@ class Simulation:
             made[name] = SYSTEMS[spec.type](name, spec, scene, self.environment, self._clock, made)
         self._order = list(made.values())
         self.systems = {name: made[name] for name in scene.systems}
+        self._flocks = {name: system for name, system in made.items() if isinstance(system, Flock)}
+        for system in self._flocks.values():
+            system.meet(self._flocks)
         self._graph = FrameGraph(list(self._stages(native)), self.device, self.threads, native)
         self._frame: weakref.ref[Frame] | None = None
         self.index -= 1  # the opening step makes the first frame: whoever is born at that very moment is in it
@@ -145,6 +148,8 @@ class Simulation:
     def _stages(self, native: bool) -> Iterator[Stage]:
         """Yield the frame, readable like the lecture's animation cycle."""
         yield Stage("clock", advance_clock, 1, (self._fps, self._clock, self.environment.start_time))
+        for system in self._flocks.values():
+            yield from system.appear(native)  # to other flocks, before any of them moves
         for system in self._order:
             yield from system.stages(native)  # emit, update, remove the expired
 

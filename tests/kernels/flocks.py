@@ -46,10 +46,10 @@ def note_neighbors(first: int, own: int, reach2: float, cosine: float, crowd: Cr
 def found_neighbors(sim) -> list[list[int]]:
     """Return whom each boid of `f` has for neighbors by the grid, in the order in which they are met."""
     system = sim.systems["f"]
-    count, device, rules = system.point_count, system.device, system._rules.numpy()[0]
+    count, device, rules = system.point_count, system.device, system._attention["f"]._rules.numpy()[0]
     found = wp.full((max(count, 1), max(4 * count, 1)), -1, dtype=int, device=device)
     met = wp.zeros(max(count, 1), dtype=int, device=device)
     if count:
-        inputs = [0, 1, float(rules["reach2"]), float(rules["cosine"]), system.crowd, found, met]
+        inputs = [0, 1, float(rules["reach2"]), float(rules["cosine"]), system.crowd.row, found, met]
         wp.launch(note_neighbors, count, inputs, device=device)
     return [list(map(int, row[:n])) for row, n in zip(found.numpy(), met.numpy(), strict=True)][:count]

@@ -1,12 +1,13 @@
 """Flocks: boids that see their neighbors and steer by them."""
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
 from warpsim.scene.assets import asset_path
-from warpsim.scene.base import Mistake, Number, ShortSpec, Spec, Truth, Vec3, WholeNumber, form_by_key, mistakes, one_of_forms
+from warpsim.scene.base import Mistake, Name, Number, ShortSpec, Spec, Truth, Vec3, WholeNumber, form_by_key, mistakes, one_of_forms
 from warpsim.scene.look import Look
+from warpsim.scene.nearest import listed, nearest
 from warpsim.scene.particles import Drag, Feels, StokesDrag, System, repeated_names
 from warpsim.scene.steering import BehaviorUnion
 
@@ -56,6 +57,23 @@ class Rule(ShortSpec):
     radius: Distance | None = Field(None, description="Within which neighbors count; absent: all that it sees [m].")
 
 
+class Attends(Spec):
+    """What the boids of a flock do because of those of another, which they see where it was when the frame began."""
+
+    separation: Rule = Field(Rule(weight=0.0), description="Away from them, the more the nearer: a weight, or {weight, radius}.")
+    cohesion: Rule = Field(Rule(weight=0.0), description="Toward the centroid of those seen: a weight, or {weight, radius}.")
+    alignment: Rule = Field(Rule(weight=0.0), description="Toward their mean velocity: a weight, or {weight, radius}.")
+    radius: Distance | None = Field(None, description="How far they are seen; absent: as far as the flock sees its own [m].")
+    field_of_view: Annotated[Number, Field(ge=0.0, le=360.0)] | None = Field(
+        None, description="The full angle round the heading; absent: as for its own [degrees]."
+    )
+
+    @property
+    def rules(self) -> dict[str, Rule]:
+        """The three rules by name."""
+        return {key: getattr(self, key) for key in ("separation", "cohesion", "alignment")}
+
+
 class Start(Spec):
     """Where boids are at the beginning, and how fast."""
 
@@ -100,6 +118,7 @@ class Flock(System):
     turn_rate: Annotated[Number, Field(gt=0.0, le=1e9)] | None = Field(
         None, description="Fastest turn of the heading; absent: any [deg/s]."
     )
+    attends: dict[Name, Attends] = Field({}, description="Other flocks by name, and what the boids do because of them.")
     steering: tuple[BehaviorUnion, ...] = Field((), max_length=64, description="What boids do besides; their forces add up.")
     vicsek: Vicsek | None = Field(None, description="Instead of the three rules: Vicsek's model, one turn per substep.")
     mass: Annotated[Number, Field(ge=1e-12, le=1e12)] = Field(1.0, description="Of a boid [kg].")
@@ -148,14 +167,46 @@ class Flock(System):
             found.append(Mistake((), "a flock needs a domain to start in, or start: {file: …}", ("domain", "start")))
         if self.speed is not None and self.speed[1] < self.speed[0]:
             found.append(Mistake(("speed", 1), f"the greatest speed is below the least, {self.speed[1]:g} < {self.speed[0]:g}", ("speed",)))
-        for key, rule in self.rules.items():
-            if rule.radius is not None and rule.radius > self.perception.radius:
-                words = f"nobody farther than perception.radius, {self.perception.radius:g} m, is seen"
-                found.append(Mistake((key, "radius"), words, ("perception", key)))
+        found += _blind_mistakes((), self, self.perception.radius)
+        for name, one in self.attends.items():
+            found += _blind_mistakes(("attends", name), one, one.radius or self.perception.radius)
         found += _fold_mistakes(self) + _vicsek_mistakes(self) + _steering_mistakes(self)
         if found:
             raise mistakes(found)
         return self
+
+
+def _blind_mistakes(path: tuple, rules: Any, radius: float) -> list[Mistake]:
+    """Return a mistake for each rule that counts neighbors farther away than is seen."""
+    words = f"nobody farther than the perception's radius, {radius:g} m, is seen"
+    beyond = [key for key, rule in rules.rules.items() if rule.radius is not None and rule.radius > radius]
+    return [Mistake((*path, key, "radius"), words, ("perception", key, *path[:1])) for key in beyond]
+
+
+def attention_mistakes(scene: Any) -> list[Mistake]:
+    """Return a mistake for each flock that attends to none, to itself, or to one in another periodic domain."""
+    found = []
+    flocks = {name: spec for name, spec in scene.systems.items() if isinstance(spec, Flock)}
+    for name, spec in flocks.items():
+        for other, one in spec.attends.items():
+            path, depends = ("systems", name, "attends", other), ("systems",)
+            others = [known for known in flocks if known != name]
+            if other == name:
+                words = "a flock attends to itself by its own separation, cohesion and alignment"
+                found.append(Mistake(path, words, depends))
+            elif other not in flocks:
+                words = f'there is no other flock "{other}" (flocks: {listed(others) or "none"})'
+                found.append(Mistake(path, words, depends, nearest(other, others)))
+            elif "periodic" in (_boundary(spec), _boundary(flocks[other])):
+                if spec.domain != flocks[other].domain:
+                    found.append(Mistake(path, f"{name} and {other} must share one periodic domain to see each other across it", depends))
+                elif one.radius and one.radius > 0.5 * min(edge for edge in spec.domain.size if edge > 0.0):
+                    found.append(Mistake((*path, "radius"), "sees round the periodic domain: at most half of its shortest edge", depends))
+    return found
+
+
+def _boundary(flock: Flock) -> str:
+    return flock.domain.boundary if flock.domain else "none"
 
 
 def _fold_mistakes(flock: Flock) -> list[Mistake]:
@@ -175,11 +226,11 @@ def _vicsek_mistakes(flock: Flock) -> list[Mistake]:
     """Return a mistake for each key that Vicsek's model has no use for, and for a space in which there is nothing to turn to."""
     if flock.vicsek is None:
         return []
-    idle = ("separation", "cohesion", "alignment", "speed", "max_force", "turn_rate", "coupling", "steering")
+    idle = ("separation", "cohesion", "alignment", "speed", "max_force", "turn_rate", "coupling", "steering", "attends")
     found = [
         Mistake((key,), f"vicsek knows one speed and its neighbors' headings only: leave {key} out", ("vicsek", key))
         for key in idle
-        if key in flock.model_fields_set and getattr(flock, key) not in (None, ())
+        if key in flock.model_fields_set and getattr(flock, key) not in (None, (), {})
     ]
     if flock.start.speed is not None:
         found.append(Mistake(("start", "speed"), "vicsek.speed is the speed of all: leave this one out", ("vicsek", "start")))

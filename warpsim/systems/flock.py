@@ -8,95 +8,114 @@ import warp as wp
 
 from warpsim.environment import Environment
 from warpsim.flocks import starting_state
-from warpsim.kernels import domain, flight, flock, flock_loops, grid
+from warpsim.kernels import flight, flock
 from warpsim.launch import Stage
 from warpsim.population import Field
 from warpsim.scene import Scene
+from warpsim.systems.crowds import Attention, Crowd, rule_row
 from warpsim.systems.emitters import random_key
 from warpsim.systems.lasting import LastingSystem
-from warpsim.systems.neighbors import Neighbors, bits_for
 from warpsim.systems.pairs import substep_of
 from warpsim.systems.steering import Steering
 
 NEIGHBORS = {"neighbors": Field(1, wp.int32, "1", "how many others it saw in the last substep")}
+HEADING = {"heading": Field(3, wp.float32, "m/s", "velocity through the flow that carries it")}
 LOAD_OF_NEIGHBORS = 4  # five times the work with 24 of them, and more barriers
 
 
 class Flock(LastingSystem):
-    """One flock; `earlier` are the systems that move before it."""
+    """One flock; `earlier` are the systems that move before it, of which it needs none: whom it attends to it meets later."""
 
     def __init__(self, name: str, spec, scene: Scene, environment: Environment, clock: wp.array, earlier: Mapping):
         count = 1 if (spec.substeps or scene.time.substeps) == "auto" else spec.substeps or scene.time.substeps
-        self.domain = wp.array([domain_row(spec)], dtype=domain.Domain, device=environment.device)
         place, velocity = starting_state(name, spec)
-        mass = np.full(spec.count, spec.mass)
-        super().__init__(name, spec, scene, environment, clock, count, place, velocity, mass, NEIGHBORS)
+        fields = NEIGHBORS | (HEADING if spec.coupling else {})
+        super().__init__(name, spec, scene, environment, clock, count, place, velocity, np.full(spec.count, spec.mass), fields)
         self.resolve_contacts()
+        self._key = random_key(scene.seed, name, spec.start.seed)
+        self.crowd = Crowd(self.population, spec, spec.perception.radius)
+        self.domain = self.crowd.domain
         if spec.start.file is None:
-            inputs = (spec.count, random_key(scene.seed, name, spec.start.seed), spec.starting_speed, self.domain, self.particles)
+            inputs = (spec.count, self._key, spec.starting_speed, self.domain, self.particles)
             wp.launch(flight.emit_flock, self.population.capacity, [0, *inputs], device=self.device)
-        self._neighbors = Neighbors(self.population, spec.perception.radius, rows=6)
-        self.crowd = flock.Crowd()
-        self.crowd.count, self.crowd.grid, self.crowd.sorted, self.crowd.domain = (
-            spec.count,
-            self._neighbors.grid,
-            self._neighbors.sorted,
-            self.domain,
-        )
-        self._rules = wp.array([self._rule_row(spec)], dtype=flock.Rules, device=self.device)
         self._limits = wp.array([limit_row(spec, self.pace.dt)], dtype=flight.Limits, device=self.device)
         self._vicsek = wp.array([self._vicsek_row(spec)] if spec.vicsek else [], dtype=flight.Vicsek, device=self.device)
         self.steering = wp.zeros((3, self.population.capacity), dtype=float, device=self.device)
         self._behaviors = Steering(self, environment)
+        self._attention = {other: Attention(row, self.device) for other, row in self._rule_rows(spec).items()}
+        self._appearance: Crowd | None = None  # for other flocks: where it was when the frame began
+        self._others: dict[str, Flock] = {}
         self._origin = self.save()
 
-    def _rule_row(self, spec) -> flock.Rules:
-        row, reach = flock.Rules(), spec.perception.radius
-        row.reach2, row.closest = reach**2, 1e-3 * reach
-        row.key = random_key(self.scene.seed, self.name, 0)
-        view = spec.perception.field_of_view
-        row.cosine = math.cos(math.radians(0.5 * view)) if view < 360.0 else flock.EVERYTHING
-        for key, rule in spec.rules.items():
-            setattr(row, key, rule.weight)
-            setattr(row, f"{key}_reach2", (rule.radius or reach) ** 2)
-        return row
+    def _rule_rows(self, spec) -> dict[str, flock.Rules]:
+        """Return what its boids do because of each other, and of the flocks that it attends to, by name."""
+        own = rule_row(spec.rules, spec.perception.radius, spec.perception.field_of_view, self._key)
+        rows = {self.name: own}
+        for name, one in spec.attends.items():
+            radius = one.radius or spec.perception.radius
+            view = spec.perception.field_of_view if one.field_of_view is None else one.field_of_view
+            rows[name] = rule_row(one.rules, radius, view, self._key)
+        return rows
 
     def _vicsek_row(self, spec) -> flight.Vicsek:
         row = flight.Vicsek()
         row.key, row.speed, row.noise = random_key(self.scene.seed, self.name, 0), spec.vicsek.speed, spec.vicsek.noise
         return row
 
+    def meet(self, flocks: Mapping[str, "Flock"]) -> None:
+        """Get to know all flocks of the scene, before any stage is made."""
+        self._others = {name: flocks[name] for name in self.spec.attends}
+        if reach := self._seen_from(flocks):
+            self._appearance = Crowd(self.population, self.spec, reach)
+
+    def _seen_from(self, flocks: Mapping[str, "Flock"]) -> float:
+        """Return from how far others look at it [m]; 0: nobody does."""
+        looks = [(other.spec, other.spec.attends.get(self.name)) for other in flocks.values()]
+        return max((one.radius or spec.perception.radius for spec, one in looks if one), default=0.0)
+
+    def appear(self, native: bool) -> Iterator[Stage]:
+        """Yield the stages that show it to others as it is when the frame begins; before anybody moves."""
+        if self._appearance is not None:
+            yield from self._appearance.sorting(native)
+
     def stages(self, native: bool) -> Iterator[Stage]:
         """Yield the frame's stages; nothing in them waits for the device."""
         yield from self.surroundings.stages()
         yield from self._behaviors.sampling()
-        sort = list(self._neighbors.stages(native))
+        gathering = list(self._gathering(native))
         for s in range(self.pace.substep_count):
             yield from self.begin()
-            yield from self._gather(sort)
+            yield from gathering
             yield from self._behaviors.stages(s)
             yield self._advance(s)
             yield from self.resolve(s)
             yield Stage("domain", flight.project_domain, self.population.capacity, (self.point_count, self.domain, self.particles))
         yield from self.points.stages(self.clock)
 
-    def _gather(self, sort: list[Stage]) -> Iterator[Stage]:
-        """Yield the stages that add up in `steering` what the boids do for their neighbors' sake."""
-        capacity, seen = self.population.capacity, self.population.field("neighbors")
-        inputs = (self.crowd, self.particles.position, self.crowd.grid)
-        yield Stage("neighbors", flock.mark_flock, capacity, inputs, flock_loops.mark_flock)
-        yield from sort
-        yield Stage("flock", flock.clear_steering, capacity, (self.steering, seen))
-        inputs = (1, self._rules, self.crowd, self.crowd, self.steering, seen)
-        yield Stage("flock", flock.accumulate_flock, capacity, inputs, flock_loops.accumulate_flock)
+    def _gathering(self, native: bool) -> Iterator[Stage]:
+        """Yield the stages that add up in `steering` what the boids do for the sake of those whom they see."""
+        seen = self.population.field("neighbors")
+        yield from self.crowd.sorting(native)
+        yield Stage("flock", flock.clear_steering, self.population.capacity, (self.steering, seen))
+        for name, attention in self._attention.items():
+            theirs = self.crowd if name == self.name else self._others[name]._appearance
+            yield from attention.stages(self.crowd, theirs, self.steering, seen)
 
     def _advance(self, s: int) -> Stage:
+        """Return the stage that moves the boids through substep s."""
+        inputs = (self.point_count, self.opening, substep_of(self.pace, s), self.clock)
         if self.spec.vicsek:
-            inputs = (self.point_count, self.opening, substep_of(self.pace, s), self.clock, self.domain, self._vicsek)
-            inputs += (self.steering, self.population.field("neighbors"), self.particles)
+            inputs += (self.domain, self._vicsek, self.steering, self.population.field("neighbors"), self.particles)
             return Stage("advance", flight.advance_vicsek, self.population.capacity, inputs)
-        inputs = (self.point_count, self.opening, substep_of(self.pace, s), self.clock, self.surroundings.row)
-        return Stage("advance", flight.advance_flock, self.population.capacity, (*inputs, self._limits, self.steering, self.particles))
+        inputs += (self.surroundings.row, self._limits, self.steering, self.particles, self._heading)
+        return Stage("advance", flight.advance_flock, self.population.capacity, inputs)
+
+    @property
+    def _heading(self) -> wp.array:
+        """Where velocities through the flow are kept; empty where no flow carries the flock."""
+        if "heading" in self.population.fields:
+            return self.population.field("heading")
+        return wp.empty((3, 0), dtype=float, device=self.device)
 
     @property
     def load(self) -> int:
@@ -106,9 +125,12 @@ class Flock(LastingSystem):
     def change(self, spec, scene: Scene, environment: Environment) -> None:
         """Take the numbers of another spec of the same structure, in place; the environment has changed already."""
         self.take(spec, scene, environment, np.full(spec.count, spec.mass))
-        self.domain.assign(wp.array([domain_row(spec)], dtype=domain.Domain, device=self.device))
-        self._neighbors.change(spec.perception.radius)
-        self._rules.assign(wp.array([self._rule_row(spec)], dtype=flock.Rules, device=self.device))
+        self.crowd.change(spec, spec.perception.radius)
+        if self._appearance is not None:
+            specs = [(other, other.attends[self.name]) for other in scene.systems.values() if self.name in getattr(other, "attends", ())]
+            self._appearance.change(spec, max(one.radius or other.perception.radius for other, one in specs))
+        for name, row in self._rule_rows(spec).items():
+            self._attention[name].change(row)
         self._limits.assign(wp.array([limit_row(spec, self.pace.dt)], dtype=flight.Limits, device=self.device))
         self._behaviors.change()
         if spec.vicsek:
@@ -126,31 +148,6 @@ class Flock(LastingSystem):
     def statistics(self) -> dict[str, float]:
         """Return what there is to tell besides counts and kinetic energy."""
         return {}
-
-
-def domain_row(spec) -> domain.Domain:
-    """Return the domain's row; without a domain one without borders."""
-    row = domain.Domain()
-    if spec.domain is None:
-        return row
-    row.boundary = domain.BOUNDARIES[spec.domain.boundary]
-    size = spec.domain.size
-    row.low, row.size = wp.vec3(*spec.domain.min), wp.vec3(*size)
-    row.rate = wp.vec3(*(1.0 / np.float32(edge) if edge > 0.0 else 0.0 for edge in size))
-    if row.boundary == domain.PERIODIC:
-        cells = periodic_cells(size, spec.perception.radius, 1 << bits_for(spec.count))
-        row.cells = wp.vec3i(*cells)
-        row.per_meter = wp.vec3d(*(n / edge if edge > 0.0 else 0.0 for n, edge in zip(cells, size, strict=True)))
-    return row
-
-
-def periodic_cells(size, reach: float, most: int) -> tuple[int, int, int]:
-    """Return how many cells lie along each axis, none shorter than the reach (a fine one: a quarter of it), in all at most so many."""
-    cells = [max(1, math.floor(edge / (reach * grid.SLACK))) for edge in size]
-    while grid.FINE * math.prod(cells) > most:
-        longest = cells.index(max(cells))
-        cells[longest] = max(1, cells[longest] // 2)
-    return grid.FINE * cells[0] if size[0] > 0.0 else 1, cells[1], cells[2]
 
 
 def limit_row(spec, h: float) -> flight.Limits:
