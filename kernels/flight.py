@@ -123,7 +123,7 @@ def advance_flock(
     limits: wp.array[Limits],
     steering: wp.array2d[float],
     particles_inout: Particles,
-    heading_out: wp.array2d[float],
+    swimming_out: wp.array2d[float],
 ):
     """Let steering, forces and the flow act on every boid for substep pace.first, within its limits, and move it: kick, then drift."""
     i = first + wp.tid()
@@ -138,11 +138,11 @@ def advance_flock(
         u = sample_flow(environment[0].flow, moment, x)
         k = drag_rate(environment[0].alpha, environment[0].viscosity, particles_inout.radius[i], inverse_mass)
         v = kick(v0, u, a, k, pace.dt)
-        carried = u * wp.where(heading_out.shape[1] > 0, 1.0, 0.0)  # who is carried turns and swims through what carries it
+        carried = u * wp.where(swimming_out.shape[1] > 0, 1.0, 0.0)  # who is carried turns and swims through what carries it
         w = limit_turn(v0 - carried, v - carried, bounds.turn_cosine, bounds.turn_sine)
         w = limit_speed(v0 - carried, w, bounds.slowest, bounds.fastest)
-        if heading_out.shape[1] > 0:
-            write3(heading_out, i, w)
+        if swimming_out.shape[1] > 0:
+            write3(swimming_out, i, w)
         v = w + carried
         write3(particles_inout.velocity, i, v)
         write3(particles_inout.position, i, drift(x, v, pace.dt))

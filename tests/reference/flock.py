@@ -67,3 +67,12 @@ def vicsek_courses(x: np.ndarray, v: np.ndarray, rules: Rules) -> np.ndarray:
     seen = sees(differences(x, rules), v, rules) | np.eye(len(x), dtype=bool)
     course = seen.astype(float) @ v
     return course / np.linalg.norm(course, axis=1)[:, None]
+
+
+def forces_of_others(x: np.ndarray, v: np.ndarray, y: np.ndarray, w: np.ndarray, rules: Rules) -> np.ndarray:
+    """Return what the boids of another flock, at y with velocities w, make those at x do, (n, 3) [N]."""
+    total = np.zeros((len(x), 3))
+    for i in range(len(x)):
+        both = forces(np.concatenate([x[i : i + 1], y]), np.concatenate([v[i : i + 1], w]), rules)
+        total[i] = both[0]
+    return total

@@ -19,7 +19,7 @@ from warpsim.systems.pairs import substep_of
 from warpsim.systems.steering import Steering
 
 NEIGHBORS = {"neighbors": Field(1, wp.int32, "1", "how many others it saw in the last substep")}
-HEADING = {"heading": Field(3, wp.float32, "m/s", "velocity through the flow that carries it")}
+SWIMMING = {"swimming": Field(3, wp.float32, "m/s", "velocity through the flow that carries it")}
 LOAD_OF_NEIGHBORS = 4  # five times the work with 24 of them, and more barriers
 
 
@@ -29,7 +29,7 @@ class Flock(LastingSystem):
     def __init__(self, name: str, spec, scene: Scene, environment: Environment, clock: wp.array, earlier: Mapping):
         count = 1 if (spec.substeps or scene.time.substeps) == "auto" else spec.substeps or scene.time.substeps
         place, velocity = starting_state(name, spec)
-        fields = NEIGHBORS | (HEADING if spec.coupling else {})
+        fields = NEIGHBORS | (SWIMMING if spec.coupling else {})
         super().__init__(name, spec, scene, environment, clock, count, place, velocity, np.full(spec.count, spec.mass), fields)
         self.resolve_contacts()
         self._key = random_key(scene.seed, name, spec.start.seed)
@@ -107,14 +107,14 @@ class Flock(LastingSystem):
         if self.spec.vicsek:
             inputs += (self.domain, self._vicsek, self.steering, self.population.field("neighbors"), self.particles)
             return Stage("advance", flight.advance_vicsek, self.population.capacity, inputs)
-        inputs += (self.surroundings.row, self._limits, self.steering, self.particles, self._heading)
+        inputs += (self.surroundings.row, self._limits, self.steering, self.particles, self._swimming)
         return Stage("advance", flight.advance_flock, self.population.capacity, inputs)
 
     @property
-    def _heading(self) -> wp.array:
+    def _swimming(self) -> wp.array:
         """Where velocities through the flow are kept; empty where no flow carries the flock."""
-        if "heading" in self.population.fields:
-            return self.population.field("heading")
+        if "swimming" in self.population.fields:
+            return self.population.field("swimming")
         return wp.empty((3, 0), dtype=float, device=self.device)
 
     @property
