@@ -190,12 +190,15 @@ def bound(net: Net, coefficient: np.ndarray, rest: np.ndarray | None, mass: np.n
     d = net.points[j] - net.points[i]
     length = np.linalg.norm(d, axis=1)
     n = d / np.maximum(length, 1e-30)[:, None]
-    pull = coefficient[:, None, None] * n[:, :, None] * n[:, None, :]
+    along, aside = coefficient, np.zeros(len(length))
     if rest is not None:
-        aside = np.where(length > 0.0, np.clip(1.0 - rest / np.maximum(length, 1e-30), 0.0, 1.0), 1.0)
-        pull += (coefficient * aside)[:, None, None] * (np.eye(3) - n[:, :, None] * n[:, None, :])
-    total = np.zeros((len(net.points), 3, 3))
-    for here, there in ((i, j), (j, i)):
-        np.add.at(total, here, pull * np.where(held[there], 1.0, 2.0)[:, None, None])
+        aside = coefficient * np.where(length > 0.0, np.clip(1.0 - rest / np.maximum(length, 1e-30), 0.0, 1.0), 1.0)
+        along = coefficient - aside
+    counted = [np.where(held[there], 1.0, 2.0) for there in (j, i)]
+    total = np.empty((len(net.points), 3, 3))
+    for a, b in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
+        pull = along * n[:, a] * n[:, b] + (aside if a == b else 0.0)
+        ends = (np.bincount(here, pull * times, len(net.points)) for here, times in zip((i, j), counted, strict=True))
+        total[:, a, b] = total[:, b, a] = sum(ends)
     free = ~held
     return float((np.linalg.eigvalsh(total[free])[:, -1] / mass[free]).max(initial=0.0))

@@ -12,6 +12,7 @@ from tests.reference.springs import chain_modes
 from tests.simulation.networks import simulate, state, tangle
 
 SYMPLECTIC = ("semi_implicit_euler", "drift_kick", "verlet")
+STAGED = ("rk4", "heun", "adams_bashforth_3", "adams_bashforth_4", "abm_pece_2", "abm_pece_4")
 
 
 def crossings(values: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -26,7 +27,7 @@ def pair(solver: str, substeps: int = 16, **keys):
     return simulate(**net, solver=solver, substeps=substeps, fps=240, **keys)
 
 
-@pytest.mark.parametrize("solver", SYMPLECTIC)
+@pytest.mark.parametrize("solver", SYMPLECTIC + ("rk4", "heun", "adams_bashforth_4"))
 def test_a_pair_swings_at_the_root_of_2k_over_m(solver):
     """ω = 20/s at ωh = 1/192: the method's own error is (ωh)²/24 = 1e-6, that of the crossings 1e-4 of a period over 30 of them."""
     sim = pair(solver)
@@ -92,9 +93,28 @@ def test_a_stiff_chain_hangs_as_a_catenary(length, sag):
     assert -state(sim)[0][:, 1].min() == pytest.approx(sag, rel=0.01)
 
 
-def test_a_damped_network_falls_freely():
+def test_the_sag_nears_that_of_an_inextensible_chain_as_springs_stiffen():
+    """Length 1.5 over span 1: what stretching adds to the sag falls as 1/k; of 31 links it is (1 ± 0.1)/4 at four times the stiffness."""
+    count, length = 31, 1.5
+    depth = math.sqrt((0.5 * length) ** 2 - 0.25)
+    points = [[i / (count - 1), -depth * (1 - abs(2 * i / (count - 1) - 1)), 0.0] for i in range(count)]
+    net = {"points": points, "springs": [[i, i + 1] for i in range(count - 1)], "rest_length": length / (count - 1), "pins": [0, count - 1]}
+    sags = []
+    for stiffness in (100.0, 400.0, 1600.0, 25600.0):
+        sim = simulate(
+            **net, mass=0.002, stiffness=stiffness, damping=0.1, coupling={"alpha": 0.02}, gravity=(0, -9.81, 0), substeps="auto"
+        )
+        sim.run(6.0)
+        sags.append(-state(sim)[0][:, 1].min())
+    beyond = np.array(sags[:-1]) - sags[-1]
+    assert sags[-1] == pytest.approx(0.502633262, rel=0.01)
+    assert beyond[1] / beyond[0] == pytest.approx(0.25, rel=0.1) and beyond[2] / beyond[1] == pytest.approx(0.25, rel=0.1)
+
+
+@pytest.mark.parametrize("solver", ("verlet", "adams_bashforth_2") + STAGED)
+def test_a_damped_network_falls_freely(solver):
     """Damping knows only how fast a spring grows longer: the center falls by ½ g t², 1e-4 of 4.9 m after 240 roundings of 3e-7 m."""
-    sim = simulate(**tangle(), gravity=(0, -9.81, 0), solver="verlet")
+    sim = simulate(**tangle(), gravity=(0, -9.81, 0), solver=solver, substeps=4 if solver == "verlet" else 16)
     mass, (before, _) = np.array(tangle()["mass"]), state(sim)
     sim.run(1.0)
     fall = ((before - state(sim)[0]) * mass[:, None]).sum(axis=0) / mass.sum()
@@ -117,7 +137,7 @@ def test_damping_leaves_rotation_alone():
     assert spun == pytest.approx([8.0, 8.0], rel=1e-5)
 
 
-@pytest.mark.parametrize("solver", SYMPLECTIC)
+@pytest.mark.parametrize("solver", SYMPLECTIC + STAGED)
 def test_momentum_stays_over_ten_thousand_steps(solver):
     """A free, undamped network: forces come in pairs equal to the last bit; what is left are roundings. Asked for: 1e-4 of Σ m|v|."""
     net = tangle() | {"damping": 0.0}

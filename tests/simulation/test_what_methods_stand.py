@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.reference.staged import METHODS, step_matrix
-from tests.simulation.networks import network, tangle
+from tests.simulation.networks import network, simulate, state, tangle
 from tests.simulation.test_stability import matrices
 from warpsim.amplification import GROWING, STAGED, largest_growth
 from warpsim.networks import network_of
@@ -129,3 +129,26 @@ def test_air_and_drag_of_a_sheet_are_those_of_its_points():
     spec = network(**tangle(), coupling={"viscosity": 2.0}, radius=0.1).systems["s"]
     loads = network_loads(spec, network_of(spec, "s"))
     assert loads.drag[1] == pytest.approx(6 * math.pi * 0.2 / min(spec.mass)) and loads.air == 0.0
+
+
+@pytest.mark.parametrize("damping", [0.0, 2.0])
+@pytest.mark.parametrize("solver", STAGED)
+def test_a_mass_on_a_spring_swings_down_or_up_as_its_matrix_says(solver, damping):
+    """ω h = 0.8, γ h = 0 or 0.08: the amplitude over as many steps as change it by e^1.5, its rate by a straight line, to 3 %.
+
+    What is left of the swing's own ripple, at twice its frequency, is (ω h)²/4 of one period; with 8 periods and more it is below that.
+    """
+    omega, h = 20.0, 0.04
+    rate = math.log(largest_growth(solver, np.array([0.64]), np.array([damping * h]), np.zeros(1)))
+    count = min(max(70, math.ceil(1.5 / abs(rate))), 1500)
+    away = 1.02 if rate < 0.0 else 1.0002  # neither to float32's digits nor to the other side
+    keys = {"points": [[0, 0, 0], [away, 0, 0]], "springs": [[0, 1]], "rest_length": 1.0, "mass": 1.0, "stiffness": omega**2, "pins": [0]}
+    sim = simulate(**keys, damping=damping, solver=solver, substeps=1, fps=1 / h)
+    series = []
+    for _ in range(count):
+        sim.step_frame()
+        x, v = (values[1, 0] for values in state(sim))
+        series.append(math.log(math.hypot(x - 1.0, v / omega)))
+    start = 10  # steps until what the start leaves of other roots has died away
+    slope = np.polyfit(np.arange(start, count), series[start:], 1)[0]
+    assert slope == pytest.approx(rate, rel=0.03)
