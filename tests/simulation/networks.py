@@ -29,9 +29,9 @@ def tangle(count=70, springs=200, seed=3) -> dict:
     return {"points": points.tolist(), "springs": [list(pair) for pair in pairs]} | {key: list(map(float, v)) for key, v in values.items()}
 
 
-def state(sim) -> tuple[np.ndarray, np.ndarray]:
+def state(sim, name="s") -> tuple[np.ndarray, np.ndarray]:
     """Return position and velocity of the present frame in float64, (n, 3) each."""
-    s = sim.frame()["s"]
+    s = sim.frame()[name]
     return s.position.astype(float), s.velocity.astype(float)
 
 

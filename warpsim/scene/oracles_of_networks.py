@@ -78,6 +78,14 @@ class PeriodOracle(OfPoint, Span, Oracle):
     expect: Strength = Field(description="The period [s].")
 
 
+class AmplitudeOracle(OfPoint, Span, Oracle):
+    """How far a point swings along a direction to either side: half of what lies between its extremes in the frames of a span."""
+
+    type: Literal["amplitude"] = Field("amplitude", description="Kind of oracle.")
+    direction: Direction = Field(description="Along what the swing is measured, of any length [1].")
+    expect: Strength = Field(description="The amplitude [m].")
+
+
 class ReachOracle(OfNetwork, Oracle):
     """How far a network or flock reaches along a direction n: the largest x·n of its points. Downward: minus the lowest height."""
 

@@ -49,6 +49,19 @@ class PeriodMeasurer(SpanMeasurer):
         return Reading((rises[-1] - rises[0]) / (len(rises) - 1), expected, remark=f"of {len(rises) - 1} swings")
 
 
+class AmplitudeMeasurer(SpanMeasurer):
+    """Half of the way between the extremes of a point's swing."""
+
+    def look(self, simulation) -> None:
+        n = np.array(self.oracle.direction, float)
+        self._times.append(simulation.time)
+        self._values.append(float(point_of(simulation, self.oracle) @ (n / np.linalg.norm(n))))
+
+    def reading(self) -> Reading:
+        expected = expected_at(self.oracle.expect, self._times[-1])
+        return Reading(0.5 * float(np.ptp(self._values)), expected, remark=missing(self._values))
+
+
 class ReachMeasurer(SceneMeasurer):
     """The largest x·n."""
 

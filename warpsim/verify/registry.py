@@ -32,6 +32,7 @@ MEASURERS: dict[str, type[Measurer]] = {
     "period": networks.PeriodMeasurer,
     "clearance": contact.ClearanceMeasurer,
     "crossings": contact.CrossingsMeasurer,
+    "amplitude": networks.AmplitudeMeasurer,
     "reach": networks.ReachMeasurer,
     "rms_speed": networks.RmsSpeedMeasurer,
     "agreement": networks.AgreementMeasurer,
