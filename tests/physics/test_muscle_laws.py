@@ -99,7 +99,7 @@ def test_a_body_is_carried_by_the_stream():
 
 
 def beats(stream: float, count=5) -> np.ndarray:
-    """How far the shipped scene's steady fish comes in each beat of its tail once it has its speed, in a stream against it [m/s]; (count, 3) [m]."""
+    """How far the steady fish of the scene comes in each beat of its tail, in a stream against it [m/s]: (count, 3) [m]."""
     scene = load_scene("fish")
     keys = {"flow": ({"type": "uniform", "velocity": [-stream, 0, 0]},), "verify": (), "systems": {"steady": scene.systems["steady"]}}
     sim = Simulation(Scene.model_validate({"name": "one fish", "time": scene.time, "gravity": scene.gravity, **keys}), device="cpu")
