@@ -1,7 +1,7 @@
-"""Conjugate gradients with a preconditioner of one block per point, for the system of implicit.py; every sum in one order.
+"""Conjugate gradients with a block for each point and a coarse level as preconditioner, for the system of implicit.py; sums in one order.
 
-Symbols: p direction, q = A p, r residual, s = L⁻¹ r with the point's own block L Lᵀ, γ = s·s; α = γ/(p·q) is the way along p,
-β = γ'/γ makes the next direction conjugate. Lengths of residuals are those of s: √(rᵀ(L Lᵀ)⁻¹ r) [√kg m/s].
+Symbols: p direction, q = A p, r residual, s = L⁻¹ r with the point's own block L Lᵀ, γ = s·s and what the groups of rigid_groups.py add,
+whose root is the length of a residual [√kg m/s]; α = γ/(p·q) is the way along p, β = γ'/γ makes the next direction conjugate.
 The first direction is the user's guess, a line: the way along it is p·r/(p·q), by which the search can begin no worse than without it.
 Sums go over blocks of 64 points in float64, in eight lanes and then by halves, and over the blocks in their order.
 Source: Hestenes & Stiefel 1952; Shewchuk 1994.
@@ -9,9 +9,10 @@ Source: Hestenes & Stiefel 1952; Shewchuk 1994.
 
 import warp as wp
 
-from warpsim.kernels.implicit import System, read_factor, scale_back, scale_down
+from warpsim.kernels.implicit import System, Weave, read_factor, scale_back, scale_down
 from warpsim.kernels.planar import read3, write3
 from warpsim.kernels.points import started
+from warpsim.kernels.rigid_groups import RigidGroups, lift_at
 from warpsim.kernels.springs import SLICE
 
 LANES = wp.constant(8)
@@ -27,6 +28,7 @@ class Search:
     goal: wp.array[wp.float64]  # (1): γ at which the search ends
     whole: wp.array[wp.float64]  # (1): γ of no change
     square: wp.array[wp.float64]  # (1): γ
+    gain: wp.array[wp.float64]  # (1): the groups' part of it
     along: wp.array[float]  # (1): α
     turn: wp.array[float]  # (1): β; 0 begins anew
     going: wp.array[int]  # (1): 1 while the search goes on
@@ -70,7 +72,7 @@ def total_of(partial: wp.array2d[wp.float64], row: int) -> wp.float64:
 @wp.kernel(enable_backward=False)
 def begin_search(first: int, substep: int, clock: wp.array[wp.int64], opening: int, search_inout: Search):
     """One thread. Set the goal and the way along the guess; substep 0 begins to count the frame anew."""
-    whole = total_of(search_inout.partial, SQUARE)
+    whole = total_of(search_inout.partial, SQUARE) + search_inout.gain[0]
     curvature = total_of(search_inout.partial, CURVATURE)
     tolerance = search_inout.tolerance[0]
     search_inout.whole[0] = whole
@@ -117,7 +119,7 @@ def choose_turn(first: int, search_inout: Search):
     search_inout.turn[0] = 0.0
     if search_inout.going[0] == 0:
         return
-    square = total_of(search_inout.partial, SQUARE)
+    square = total_of(search_inout.partial, SQUARE) + search_inout.gain[0]
     iteration = search_inout.iteration[0] + 1
     stuck = iteration > 0 and not search_inout.along[0] > 0.0
     converged = square <= search_inout.goal[0]
@@ -136,16 +138,17 @@ def choose_turn(first: int, search_inout: Search):
 
 
 @wp.func
-def turn_point(i: int, turn: float, reach: int, system_inout: System):
-    """Store the next direction, p ← L⁻ᵀ s + β p."""
-    z = scale_back(read_factor(system_inout.factor, i), read3(system_inout.scaled, i))
+def turn_point(i: int, turn: float, weave: Weave, groups: RigidGroups, system_inout: System):
+    """Store the next direction, p ← L⁻ᵀ s + Z E⁻¹ Zᵀ r + β p."""
+    z = scale_back(read_factor(system_inout.factor, i), read3(system_inout.scaled, i)) + lift_at(i, weave.free, groups)
+    reach = weave.reach
     write3(system_inout.direction, reach + i, z + read3(system_inout.direction, reach + i) * turn)
 
 
 @wp.kernel(enable_backward=False)
-def turn_direction(first: int, search: Search, reach: int, system_inout: System):
+def turn_direction(first: int, search: Search, weave: Weave, groups: RigidGroups, system_inout: System):
     """Turn to the next direction."""
-    turn_point(first + wp.tid(), search.turn[0], reach, system_inout)
+    turn_point(first + wp.tid(), search.turn[0], weave, groups, system_inout)
 
 
 @wp.kernel(enable_backward=False)

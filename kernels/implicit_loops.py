@@ -18,6 +18,7 @@ from warpsim.kernels.implicit import (
 )
 from warpsim.kernels.loops import BLOCK, share, snippet
 from warpsim.kernels.planar import write3
+from warpsim.kernels.rigid_groups import RigidGroups, lifted, load_chunk
 from warpsim.kernels.springs import SpringTable
 
 ASSEMBLE = """
@@ -122,8 +123,30 @@ STEP = """        const vec r = vec(R[i], R[i + S], R[i + 2 * S]) - vec(Q[i], Q[
         const vec g = vec(G[i], G[i + S], G[i + 2 * S]) + p * along;
         for (int k = 0; k < 3; ++k) { R[i + k * S] = r[k]; C[i + k * S] = s[k]; G[i + k * S] = g[k]; }
 """
-TURN = """        const vec d = $scale_back(l, vec(C[i], C[i + S], C[i + 2 * S])) + p * turn;
+TURN = """        const int g = groups.group.data[i];
+        const float *A = groups.lift.data + g, *O = groups.offset.data + i, loose = weave.free.data[i] > 0.0f ? 1.0f : 0.0f;
+        const vec t(A[0], A[H], A[2 * H]), w(A[3 * H], A[4 * H], A[5 * H]), o(O[0], O[S], O[2 * S]);
+        const vec z = $scale_back(l, vec(C[i], C[i + S], C[i + 2 * S])) + $lifted(t, w, o) * loose, d = z + p * turn;
         for (int k = 0; k < 3; ++k) P[i + k * T] = d[k];
+"""
+
+
+LOAD = """
+    constexpr int B = @BLOCK@;
+    const int S = residual.shape[1], N = groups.load.shape[1];
+    const float *R = residual.data, *O = groups.offset.data;
+    for (int chunk = begin; chunk < end; ++chunk) {
+        double FX = 0.0, FY = 0.0, FZ = 0.0, TX = 0.0, TY = 0.0, TZ = 0.0;
+        for (int t = 0; t < B; ++t) {
+            const int i = groups.order.data[(size_t)chunk * B + t];
+            if (i < 0 || !(free.data[i] > 0.0f)) continue;
+            const double x = R[i], y = R[i + S], z = R[i + 2 * S], a = O[i], b = O[i + S], c = O[i + 2 * S];
+            FX += x; FY += y; FZ += z;
+            TX += b * z - c * y; TY += c * x - a * z; TZ += a * y - b * x;
+        }
+        double *L = groups.load.data + chunk;
+        L[0] = FX; L[N] = FY; L[2 * N] = FZ; L[3 * N] = TX; L[4 * N] = TY; L[5 * N] = TZ;
+    }
 """
 
 
@@ -155,11 +178,28 @@ def step_range(begin: int, end: int, along: float, reach: int, system: System):
         step_point(i, along, reach, system)
 
 
-@wp.func_native(snippet(POINTS.replace("BODY", TURN), scale_back))
-def turn_range(begin: int, end: int, turn: float, reach: int, system: System):
+@wp.func_native(
+    snippet("\n    const int reach = weave.reach, H = groups.lift.shape[1];" + POINTS.replace("BODY", TURN), scale_back, lifted)
+)
+def turn_range(begin: int, end: int, turn: float, weave: Weave, groups: RigidGroups, system: System):
     """Turn the direction of a range of points."""
     for i in range(begin, end):
-        turn_point(i, turn, reach, system)
+        turn_point(i, turn, weave, groups, system)
+
+
+@wp.func_native(snippet(LOAD))
+def load_range(begin: int, end: int, free: wp.array[float], residual: wp.array2d[float], groups: RigidGroups):
+    """Sum what a range of chunks bears."""
+    for chunk in range(begin, end):
+        load_chunk(chunk, free, residual, groups)
+
+
+@wp.kernel(enable_backward=False)
+def load_groups(part: int, part_count: int, free: wp.array[float], residual: wp.array2d[float], groups_inout: RigidGroups):
+    """Store Zᵀ r of one part of the chunks."""
+    chunks = groups_inout.load.shape[1]
+    mine = part + wp.tid()
+    load_range(chunks * mine // part_count, chunks * (mine + 1) // part_count, free, residual, groups_inout)
 
 
 @wp.kernel(enable_backward=False)
@@ -201,7 +241,7 @@ def step_along(part: int, part_count: int, search: Search, reach: int, system_in
 
 
 @wp.kernel(enable_backward=False)
-def turn_direction(part: int, part_count: int, search: Search, reach: int, system_inout: System):
+def turn_direction(part: int, part_count: int, search: Search, weave: Weave, groups: RigidGroups, system_inout: System):
     """Turn the direction of one part of the points."""
     cut = share(part + wp.tid(), part_count, system_inout.residual.shape[1])
-    turn_range(cut[0], cut[1], search.turn[0], reach, system_inout)
+    turn_range(cut[0], cut[1], search.turn[0], weave, groups, system_inout)

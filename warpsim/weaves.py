@@ -60,3 +60,50 @@ def woven(point_count: int, springs: np.ndarray) -> Weave:
     by_step = in_line[ends // SLICE]
     step[row[by_step]] = (others - ends)[by_step]
     return Weave(*(array.astype(np.int32) for array in (begin, step, neighbor, spring)))
+
+
+@dataclass(frozen=True, eq=False)
+class Groups:
+    """Parts of a network whose points lie close together, for the coarse level of a search."""
+
+    group: np.ndarray
+    """int32 (n,): of every point."""
+    center: np.ndarray
+    """int32 (groups,): the point nearest to the middle of each."""
+    order: np.ndarray
+    """int32 (chunks, 64): points group by group, each chunk of one group; −1: none."""
+    chunk_begin: np.ndarray
+    """int32 (groups + 1): first chunk of each group."""
+    pair: np.ndarray
+    """int32 (pairs, 2): groups that springs join, the smaller number first."""
+    pair_begin: np.ndarray
+    """int32 (pairs + 1): first of their springs in `crossing`."""
+    crossing: np.ndarray
+    """int32 (k, 3): point of the first group, point of the second, and the first's entry in the weave."""
+
+
+def grouped(points: np.ndarray, weave: Weave, most: int, fewest: int) -> Groups:
+    """Return groups of the points (n, 3) [m]: at most so many, a power of two, each of at least so many points; one if there are fewer.
+
+    Each is halved across its longest extent until there are enough.
+    """
+    group, count = np.zeros(len(points), int), 1
+    while 2 * count <= most and len(points) >= 2 * count * fewest:
+        for g in range(count):
+            mine = np.flatnonzero(group == g)
+            axis = np.argmax(np.ptp(points[mine], axis=0))
+            group[mine[np.argsort(points[mine, axis], kind="stable")[len(mine) // 2 :]]] = count + g
+        count *= 2
+    members = [np.flatnonzero(group == g) for g in range(count)]
+    center = [mine[np.argmin(np.linalg.norm(points[mine] - points[mine].mean(axis=0), axis=1))] for mine in members]
+    chunks = [np.pad(mine, (0, -len(mine) % SLICE), constant_values=-1).reshape(-1, SLICE) for mine in members]
+    row, lane = np.nonzero(weave.spring >= 0)
+    i = SLICE * (np.searchsorted(weave.begin, row, side="right") - 1) + lane
+    j = weave.neighbor[row, lane]
+    across = group[i] < group[j]
+    crossing = np.stack([i, j, SLICE * row + lane], axis=1)[across]
+    key = (group[i] * count + group[j])[across]
+    order = np.argsort(key, kind="stable")
+    pairs, begin = np.unique(key[order], return_index=True)
+    arrays = (group, center, np.concatenate(chunks), np.cumsum([0, *map(len, chunks)]), np.stack([pairs // count, pairs % count], axis=1))
+    return Groups(*(np.asarray(array, np.int32) for array in (*arrays, [*begin, len(order)], crossing[order])))

@@ -3,19 +3,21 @@
 from collections.abc import Iterator
 from typing import final
 
+import numpy as np
 import warp as wp
 
 from warpsim.integrators import SECOND_ORDER_FORM
 from warpsim.kernels import conjugate_gradients as gradients
-from warpsim.kernels import implicit, implicit_loops
+from warpsim.kernels import implicit, implicit_loops, rigid_groups
 from warpsim.kernels.springs import SLICE
 from warpsim.launch import Stage
 from warpsim.systems.pairs import substep_of
 from warpsim.systems.solvers.base import NetworkSolver
-from warpsim.weaves import woven
+from warpsim.weaves import Weave, grouped, woven
 
 ITERATIONS = 100  # at most, where a network does not say
 TOLERANCE = 1e-4
+MOST_GROUPS, FEWEST_POINTS = 8, 32  # of the coarse level: more cost more than they spare, fewer points need none
 NUMBERS = {  # of a search, one of each
     wp.float64: "tolerance goal whole square frame_residual",
     float: "along turn",
@@ -45,7 +47,9 @@ class ImplicitEuler(NetworkSolver):
         for name, rows in sizes.items():
             setattr(self._linear, name, wp.zeros((rows, capacity), dtype=float, device=device))
         self._linear.direction = wp.zeros((3, capacity + 2 * layout.reach), dtype=float, device=device)
+        self._groups = self._grouped(layout)
         self._search = gradients.Search()
+        self._search.gain = self._groups.gain
         self._search.most = system.spec.iterations or ITERATIONS
         self._search.partial = wp.zeros((4, capacity // SLICE), dtype=wp.float64, device=device)
         for dtype, names in NUMBERS.items():
@@ -53,6 +57,25 @@ class ImplicitEuler(NetworkSolver):
                 setattr(self._search, name, wp.zeros(1, dtype=dtype, device=device))
 
         self.change()
+
+    def _grouped(self, layout: Weave) -> rigid_groups.RigidGroups:
+        """Return the coarse level of the search."""
+        net, device, groups = self.system.net, self.system.population.device, rigid_groups.RigidGroups()
+        parts = grouped(net.points, layout, MOST_GROUPS, FEWEST_POINTS)
+        group = np.zeros(self.system.population.capacity, np.int32)
+        group[: len(parts.group)] = parts.group
+        groups.group = wp.array(group, dtype=int, device=device)
+        for name in ("center", "order", "chunk_begin", "pair_begin"):
+            setattr(groups, name, wp.array(getattr(parts, name).reshape(-1), dtype=int, device=device))
+        groups.pair = wp.array(parts.pair, dtype=wp.vec2i, device=device)
+        groups.crossing = wp.array(parts.crossing, dtype=wp.vec3i, device=device)
+        count, chunks, pairs = len(parts.center), len(parts.order), len(parts.pair)
+        groups.offset = wp.zeros((3, len(group)), dtype=float, device=device)
+        groups.lift = wp.zeros((6, count), dtype=float, device=device)
+        shapes = {"moment": (10, chunks), "joint": (pairs, 3, 36), "matrix": (6 * count, 6 * count), "load": (6, chunks)}
+        for name, shape in (shapes | {"solution": 6 * count, "gain": 1}).items():
+            setattr(groups, name, wp.zeros(shape, dtype=wp.float64, device=device))
+        return groups
 
     def change(self) -> None:
         """Take another tolerance."""
@@ -78,7 +101,12 @@ class ImplicitEuler(NetworkSolver):
         capacity, moving = system.population.capacity, (system.opening, system.clock)
         inputs = (self._weave, system.table, system.particles, linear)
         yield Stage("assemble", implicit.assemble_system, capacity, inputs, implicit_loops.assemble_system)
-        yield self._dot(gradients.SQUARE, linear.scaled, linear.scaled)
+        inputs = (self._weave, system.particles.mass, linear, self._groups)
+        yield Stage("groups", rigid_groups.measure_chunks, self._groups.load.shape[1], inputs)
+        if self._groups.pair.shape[0]:
+            yield Stage("groups", rigid_groups.join_groups, self._groups.pair.shape[0], (self._weave, self._groups))
+        yield Stage("groups", rigid_groups.factor_matrix, 1, (self._groups,))
+        yield from self._measure()
         yield self._dot(gradients.GUESS, linear.direction, linear.residual)
         yield from self._multiply()
         yield Stage("search", gradients.begin_search, 1, (s, system.clock, system.opening, search))
@@ -107,11 +135,21 @@ class ImplicitEuler(NetworkSolver):
 
     def _turn(self) -> Iterator[Stage]:
         """Yield the stages that go along the direction, decide what is left to do, and turn."""
-        linear, inputs = self._linear, (self._search, self._weave.reach, self._linear)
-        yield Stage("search", gradients.step_along, linear.image.shape[1], inputs, implicit_loops.step_along)
-        yield self._dot(gradients.SQUARE, linear.scaled, linear.scaled)
+        linear, capacity = self._linear, self._linear.image.shape[1]
+        inputs = (self._search, self._weave.reach, linear)
+        yield Stage("search", gradients.step_along, capacity, inputs, implicit_loops.step_along)
+        yield from self._measure()
         yield Stage("search", gradients.choose_turn, 1, (self._search,))
-        yield Stage("search", gradients.turn_direction, linear.image.shape[1], inputs, implicit_loops.turn_direction)
+        inputs = (self._search, self._weave, self._groups, linear)
+        yield Stage("search", gradients.turn_direction, capacity, inputs, implicit_loops.turn_direction)
+
+    def _measure(self) -> Iterator[Stage]:
+        """Yield the stages that measure the residual: by points, and by groups, which also find how these should move."""
+        linear, groups = self._linear, self._groups
+        yield self._dot(gradients.SQUARE, linear.scaled, linear.scaled)
+        inputs = (self._weave.free, linear.residual, groups)
+        yield Stage("groups", rigid_groups.load_groups, groups.load.shape[1], inputs, implicit_loops.load_groups)
+        yield Stage("groups", rigid_groups.solve_groups, 1, (groups,))
 
     @property
     def state(self) -> dict[str, wp.array]:
