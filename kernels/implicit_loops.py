@@ -34,16 +34,19 @@ ASSEMBLE = """
         for (int row = weave.begin.data[b / B]; row < last; ++row) {
             const int *J = weave.neighbor.data + (size_t)row * B, *N = weave.spring.data + (size_t)row * B;
             float *W = weave.weight.data + (size_t)row * 4 * B;
+            const int step = weave.step.data[row];
+            #define ENTRY(place) _Pragma("clang loop vectorize(assume_safety)") for (int t = 0; t < B; ++t) { \
+                const int i = b + t, j = place, n = N[t] < 0 ? 0 : N[t]; \
+                const float is = N[t] < 0 ? 0.0f : 1.0f; \
+                const float rest = is * table.rest.data[n], k = is * table.stiffness.data[n], c = is * table.damping.data[n]; \
+                const auto tie = $tie_of(vec(X[j], Y[j], Z[j]) - vec(X[i], Y[i], Z[i]), rest, k, c, system.h); \
+                const vec e = vec(UX[j], UY[j], UZ[j]) - vec(UX[i], UY[i], UZ[i]), f = tie.impulse + $resist(tie.w, tie.beta, e); \
+                RX[t] += f[0]; RY[t] += f[1]; RZ[t] += f[2]; \
+                W[t] = tie.w[0]; W[B + t] = tie.w[1]; W[2 * B + t] = tie.w[2]; W[3 * B + t] = tie.beta; }
+            if (step == SCATTERED || b + step < 0 || b + step + B > S) { ENTRY(J[t]) }
+            else { const int o = b + step; ENTRY(o + t) }
             for (int t = 0; t < B; ++t) {
-                const int i = b + t, j = J[t], n = N[t];
-                const float rest = n < 0 ? 0.0f : table.rest.data[n < 0 ? 0 : n];
-                const float stiffness = n < 0 ? 0.0f : table.stiffness.data[n < 0 ? 0 : n];
-                const float damping = n < 0 ? 0.0f : table.damping.data[n < 0 ? 0 : n];
-                const auto tie = $tie_of(vec(X[j], Y[j], Z[j]) - vec(X[i], Y[i], Z[i]), rest, stiffness, damping, system.h);
-                const vec e = vec(UX[j], UY[j], UZ[j]) - vec(UX[i], UY[i], UZ[i]), f = tie.impulse + $resist(tie.w, tie.beta, e);
-                RX[t] += f[0]; RY[t] += f[1]; RZ[t] += f[2];
-                W[t] = tie.w[0]; W[B + t] = tie.w[1]; W[2 * B + t] = tie.w[2]; W[3 * B + t] = tie.beta;
-                const double x = tie.w[0], y = tie.w[1], z = tie.w[2], beta = tie.beta;
+                const double x = W[t], y = W[B + t], z = W[2 * B + t], beta = W[3 * B + t];
                 M[0][t] = (M[0][t] + x * x) + beta; M[1][t] += x * y; M[2][t] += x * z;
                 M[3][t] = (M[3][t] + y * y) + beta; M[4][t] += y * z; M[5][t] = (M[5][t] + z * z) + beta;
             }
@@ -90,7 +93,9 @@ MULTIPLY = """
         }
     }
 """
-MULTIPLY = MULTIPLY.replace("SCATTERED", str(int(SCATTERED))).replace("\n            #define", "\n#define")
+ASSEMBLE, MULTIPLY = (
+    text.replace("SCATTERED", str(int(SCATTERED))).replace("\n            #define", "\n#define") for text in (ASSEMBLE, MULTIPLY)
+)
 DOTS = """
     constexpr int B = @BLOCK@, L = 8;
     const int S = c.shape[1], T = a.shape[1];
@@ -150,7 +155,7 @@ LOAD = """
 """
 
 
-@wp.func_native(snippet(ASSEMBLE, tie_of, resist, inverse_factor, scale_down))
+@wp.func_native(snippet(ASSEMBLE, tie_of, resist, inverse_factor, scale_down) + "#undef ENTRY\n")
 def assemble_range(begin: int, end: int, weave: Weave, table: SpringTable, particles: Particles, system: System):
     """Set up the rows of a range of points."""
     for i in range(begin, end):
