@@ -2,8 +2,9 @@
 
 Between points, a search learns of distant ones a spring at a time, and what whole parts of a network should do comes last. Here a few
 groups of points have six numbers each, a translation t and a rotation ω about one of their points: Z takes them to velocities t + ω × o,
-o being the offset from that point. To the preconditioner it adds Z E⁻¹ Zᵀ with E = Zᵀ (M + B) Z, but for what stretched springs within a
-group do to its rotation. E is small and dense; what pins or lines of points leave without meaning is left out where it is factored.
+o being the offset from that point. To the preconditioner it adds Z E⁻¹ Zᵀ with E = Zᵀ (M + B) Z, but for what stretched springs between
+free points of a group do to its rotation. E is small and dense; motions without meaning, as of pins or of lines about themselves, are
+left out where it is factored.
 Source: Nicolaides 1987; additive Schwarz with a coarse space of rigid motions: Smith, Bjørstad & Gropp 1996.
 """
 
@@ -25,7 +26,7 @@ class RigidGroups:
     center: wp.array[int]  # (groups): the point about which a group turns
     order: wp.array[int]  # (chunks · 64): points group by group; −1: none
     chunk_begin: wp.array[int]  # (groups + 1): first chunk of each group
-    pair: wp.array[wp.vec2i]  # (pairs): groups that springs join, the smaller number first
+    pair: wp.array[wp.vec2i]  # (pairs): groups that springs join, the smaller number first; or one and its pins
     pair_begin: wp.array[int]  # (pairs + 1): first of their springs in `crossing`
     crossing: wp.array[wp.vec3i]  # point of the first group, of the second, and the first's entry in the weave
     offset: wp.array2d[float]  # (3, capacity): o [m]

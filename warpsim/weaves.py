@@ -75,17 +75,17 @@ class Groups:
     chunk_begin: np.ndarray
     """int32 (groups + 1): first chunk of each group."""
     pair: np.ndarray
-    """int32 (pairs, 2): groups that springs join, the smaller number first."""
+    """int32 (pairs, 2): groups that springs join, the smaller number first; twice the same: springs within it to its pins."""
     pair_begin: np.ndarray
     """int32 (pairs + 1): first of their springs in `crossing`."""
     crossing: np.ndarray
     """int32 (k, 3): point of the first group, point of the second, and the first's entry in the weave."""
 
 
-def grouped(points: np.ndarray, weave: Weave, most: int, fewest: int) -> Groups:
+def grouped(points: np.ndarray, weave: Weave, held: np.ndarray, most: int, fewest: int) -> Groups:
     """Return groups of the points (n, 3) [m]: at most so many, a power of two, each of at least so many points; one if there are fewer.
 
-    Each is halved across its longest extent until there are enough.
+    `held`, bool (n,), tells who is pinned. Each group is halved across its longest extent until there are enough.
     """
     group, count = np.zeros(len(points), int), 1
     while 2 * count <= most and len(points) >= 2 * count * fewest:
@@ -100,7 +100,7 @@ def grouped(points: np.ndarray, weave: Weave, most: int, fewest: int) -> Groups:
     row, lane = np.nonzero(weave.spring >= 0)
     i = SLICE * (np.searchsorted(weave.begin, row, side="right") - 1) + lane
     j = weave.neighbor[row, lane]
-    across = group[i] < group[j]
+    across = (group[i] < group[j]) | ((group[i] == group[j]) & (i < j) & (held[i] != held[j]))
     crossing = np.stack([i, j, SLICE * row + lane], axis=1)[across]
     key = (group[i] * count + group[j])[across]
     order = np.argsort(key, kind="stable")

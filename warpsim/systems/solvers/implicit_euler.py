@@ -61,7 +61,8 @@ class ImplicitEuler(NetworkSolver):
     def _grouped(self, layout: Weave) -> rigid_groups.RigidGroups:
         """Return the coarse level of the search."""
         net, device, groups = self.system.net, self.system.population.device, rigid_groups.RigidGroups()
-        parts = grouped(net.points, layout, MOST_GROUPS, FEWEST_POINTS)
+        held = self._weave.free.numpy()[: len(net.points)] == 0.0
+        parts = grouped(net.points, layout, held, MOST_GROUPS, FEWEST_POINTS)
         group = np.zeros(self.system.population.capacity, np.int32)
         group[: len(parts.group)] = parts.group
         groups.group = wp.array(group, dtype=int, device=device)
