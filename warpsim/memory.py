@@ -28,6 +28,7 @@ SOLVER_BYTES = {"implicit_euler": (120, 72)}  # what a solver keeps of a network
 SOLVER_BYTES |= dict.fromkeys(("rk4", "heun", *MULTISTEP_SOLVERS), (60, 0))
 BYTES_PER_BREAKABLE = 64  # of a spring that may tear: in the table, its entries, whether it is torn, now and in kept states
 LAYOUT_PER_POINT, LAYOUT_PER_SPRING = 100, 400  # bytes on the host while a network is laid out and advised, before the device has it
+BYTES_PER_LIMITED = 48  # of a spring whose strain is limited: in the table, its place and its pull, now and in kept states
 BYTES_PER_VERTEX = 24  # at least, of a mesh file
 BYTES_PER_LAYER_POINT = 80  # of a sheet that meets itself, without its lists: places, pushes, counts
 BYTES_PER_SEGMENT = 40  # a run of births within a frame
@@ -110,6 +111,7 @@ def network_memory(system: Network) -> int:
     per_point, per_spring = SOLVER_BYTES.get(system.solver, (0, 0))
     listed = system.type == "springs" or system.tear is not None
     per_spring += BYTES_PER_SPRING + BYTES_PER_LISTED * listed + (0 if system.tear is None else BYTES_PER_BREAKABLE)
+    per_spring += 0 if system.strain_limit is None else BYTES_PER_LIMITED
     return 4 * points * state + points * (BYTES_PER_POINT + per_point) + springs * per_spring  # also the state to start anew from
 
 

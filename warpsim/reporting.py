@@ -83,6 +83,7 @@ class Reporter:
         self._inexact: set[str] = set()
         self._pushed: set[str] = set()
         self._unconverged: set[str] = set()
+        self._overlong: set[str] = set()
 
     def report_if_due(self) -> None:
         """Tell how far the run is, a few times a second, with the speed since the last report."""
@@ -115,6 +116,9 @@ class Reporter:
         for name in [name for name, numbers in statistics.items() if numbers.get("cg_unconverged") and name not in self._unconverged]:
             self._unconverged.add(name)
             self._audience.note(f"{name} at frame {story.index}: conjugate gradients {unconverged(name)}")
+        for name in [name for name, numbers in statistics.items() if numbers.get("overlong") and name not in self._overlong]:
+            self._overlong.add(name)
+            self._audience.note(f"{name} at frame {story.index}: {overlong(int(statistics[name]['overlong']))}")
         frame_time = busy / max(1, made)
         speed = 1.0 / (story.scene.time.fps * max(frame_time, 1e-9))
         return Report(story.index, self._frame_count, story.time, frame_time, speed, statistics)
@@ -126,6 +130,12 @@ class Reporter:
 def unconverged(name: str) -> str:
     """Return what it means that iterations ended before the tolerance was reached, and what to do about it."""
     return f"ended short of the tolerance: stable, but softened (raise systems.{name}.iterations, substeps or tolerance)"
+
+
+def overlong(count: int) -> str:
+    """Return what it means that springs are longer than their strain_limit allows."""
+    springs = "1 spring is" if count == 1 else f"{count} springs are"
+    return f"{springs} longer than strain_limit allows: pins or colliders pull harder than it can hold (more substeps, or a higher limit)"
 
 
 def inexactly(name: str) -> str:

@@ -7,7 +7,7 @@ topology.npz       of networks, once: NAME.springs int32 (m, 2), NAME.triangles 
 stats.csv          time [s] and per system live, born, refused, killed (counts), kinetic_energy [J]; with emitters that listen: children;
                    among colliders: pushed; with substeps of their own choice: inexact; of networks: elastic_energy [J]; by implicit_euler:
                    cg_iterations (per substep), cg_residual [1], cg_unconverged (substeps so far);
-                   where springs may tear: torn
+                   where springs may tear: torn; with a strain_limit: overlong
 assets/            copies of the files that the scene names
 changes.jsonl      one line per number that was changed while it ran: before the step from frame index, path became value
 lastgood.npz       the last good state of a run that was interrupted or blew up
@@ -42,6 +42,7 @@ STATISTICS = (
     "inexact",
     "elastic_energy",
     "torn",
+    "overlong",
     "cg_iterations",
     "cg_residual",
     "cg_unconverged",

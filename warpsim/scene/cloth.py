@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 from warpsim.scene.base import Direction, Mistake, Number, Spec, Vec3, mistakes
 from warpsim.scene.generators import GridOfPoints, Side, parallel_mistakes
 from warpsim.scene.layers import SelfCollision, SelfCollisionForm, layer_mistakes, layers_of
-from warpsim.scene.springs import Network, Pin, motion_mistakes, pin_mistakes, solver_mistakes
+from warpsim.scene.springs import Network, Pin, motion_mistakes, pin_mistakes, solver_mistakes, strain_mistakes
 
 _RIGHT = 1e-3  # cosine up to which an angle is right: coordinates are typed with few digits
 _Coefficient = Annotated[Number, Field(ge=0.0, le=1e12)]
@@ -90,6 +90,7 @@ class Cloth(Network):
         elif self.bending and abs(_cosine(*self.edges)) > _RIGHT:
             found.append(Mistake(("edges",), "with bending the edges must be at right angles to each other", ("edges", "bending")))
         found += layer_mistakes(self.self_collision, self.edges, self.resolution)
+        found += strain_mistakes(self)
         where = [(("pins",), self.pins)] + [(("pin_motion", k, "pins"), motion.pins) for k, motion in enumerate(self.pin_motion)]
         strange = [mistake for path, pins in where for mistake in pin_mistakes(path, pins, self.generator)]
         found += strange or motion_mistakes(self)

@@ -95,6 +95,9 @@ class Network(System):
     radius: Annotated[Number, Field(gt=0.0, le=1e6)] = Field(1e-3, description="Radius of a point, for drag by viscosity [m].")
     look: NetworkLook = Field(NetworkLook(), description="How it is drawn.")
     thickness: Annotated[Number, Field(ge=0.0, le=1e6)] = Field(0.0, description="How far its points are kept from colliders [m].")
+    strain_limit: Annotated[Number, Field(ge=1e-3, le=1e3)] | None = Field(
+        None, description="Strain, stretching over rest length, beyond which no spring goes: it is shortened instead; absent: no limit [1]."
+    )
     tear: Annotated[Number, Field(gt=0.0, le=1e6)] | None = Field(
         None, description="Strain, stretching over rest length, above which a spring breaks for good; absent: none does [1]."
     )
@@ -181,7 +184,7 @@ class Springs(Network):
         where = [(("pins",), self.pins)] + [(("pin_motion", k, "pins"), motion.pins) for k, motion in enumerate(self.pin_motion)]
         strange = [mistake for path, pins in where for mistake in pin_mistakes(path, pins, self.generator, self.point_count)]
         found += strange or motion_mistakes(self)
-        found += body_mistakes(self)
+        found += body_mistakes(self) + strain_mistakes(self)
         if self.water and not self.has_surface:
             message = "the flow resists triangles, and there are none: triangles names them, or a generator with a surface makes them"
             found.append(Mistake(("water",), message, ("water", "triangles", "generator")))
@@ -265,6 +268,14 @@ def solver_mistakes(net: Any) -> list[Mistake]:
         message = f"xpbd makes at most {MOST_PASSES} passes per substep: more substeps do more than more passes"
         found.append(Mistake(("iterations",), message, ("iterations", "solver", "substeps")))
     return found
+
+
+def strain_mistakes(net: Network) -> list[Mistake]:
+    """Return a mistake where springs should both break and be kept from it."""
+    if net.tear is None or net.strain_limit is None:
+        return []
+    message = "with a strain_limit no spring is ever strained enough to tear, or each tears before it is limited: give either"
+    return [Mistake(("strain_limit",), message, ("strain_limit", "tear"))]
 
 
 def motion_mistakes(net: Any) -> list[Mistake]:
