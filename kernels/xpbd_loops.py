@@ -34,7 +34,7 @@ POINTS = """
     float *X = particles.position.data, *V = particles.velocity.data;
     const float h = projection.h;
     #define EACH(count) _Pragma("clang loop vectorize(assume_safety) vectorize_predicate(enable)") for (int t = 0; t < count; ++t)
-    #define EACH_4(count) _Pragma("clang loop vectorize(assume_safety)") for (int t = 0; t < count; ++t)
+    #define EVERY(count) _Pragma("clang loop vectorize(assume_safety)") for (int t = 0; t < count; ++t)
 """
 PROJECT = """
     const Points all = {X, X + S, X + 2 * S, V, V + S, V + 2 * S, projection.response.data};
@@ -121,11 +121,11 @@ BLOCKS = """
     float D[7][4 * T];
     const Points lines = {D[0], D[1], D[2], D[3], D[4], D[5], D[6]};
     auto unfold = [&](const float *from, float *to, int n) {
-        EACH_4(n / 4) { to[t] = from[4 * t]; to[T + t] = from[4 * t + 1]; to[2 * T + t] = from[4 * t + 2]; to[3 * T + t] = from[4 * t + 3]; }
+        EVERY(n / 4) { to[t] = from[4 * t]; to[T + t] = from[4 * t + 1]; to[2 * T + t] = from[4 * t + 2]; to[3 * T + t] = from[4 * t + 3]; }
         for (int i = n / 4 * 4; i < n; ++i) to[i % 4 * T + i / 4] = from[i];
     };
     auto fold = [&](const float *from, float *to, int n) {
-        EACH_4(n / 4) { to[4 * t] = from[t]; to[4 * t + 1] = from[T + t]; to[4 * t + 2] = from[2 * T + t]; to[4 * t + 3] = from[3 * T + t]; }
+        EVERY(n / 4) { to[4 * t] = from[t]; to[4 * t + 1] = from[T + t]; to[4 * t + 2] = from[2 * T + t]; to[4 * t + 3] = from[3 * T + t]; }
         for (int i = n / 4 * 4; i < n; ++i) to[i] = from[i % 4 * T + i / 4];
     };
     auto along = [&](int j) {
@@ -186,7 +186,7 @@ for mark, word in MARKS.items():
 def xpbd_snippet(*texts: str) -> str:
     """Return the loop put together of texts, as a snippet."""
     text = "".join(texts).replace("\n    #define", "\n#define")
-    return snippet(text, spring_pull, damping_impulse) + "#undef EACH\n#undef EACH_4\n"
+    return snippet(text, spring_pull, damping_impulse) + "#undef EACH\n#undef EVERY\n"
 
 
 @wp.func_native(xpbd_snippet(POINTS, PROJECT, LISTED, PROJECT_LISTED))
