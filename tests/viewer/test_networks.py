@@ -9,7 +9,10 @@ from tests.viewer.page import picture
 from tests.viewer.test_browser import show
 from warpsim import Scene, Simulation
 from warpsim.observers.html import HtmlRecording
+from warpsim.observers.recorder import Recorder
 from warpsim.observers.viewer import Viewer
+from warpsim.replay import Recording
+from warpsim.scene.resolved import resolved_yaml
 
 pytestmark = pytest.mark.skipif(find_chromium() is None, reason="no Chromium is installed")
 CLOTH = {"type": "cloth", "resolution": [5, 5], "corner": [-1, 1, 0], "edges": [[2, 0, 0], [0, -2, 0]], "structural": {"stiffness": 10}}
@@ -180,3 +183,23 @@ def test_what_is_torn_is_no_longer_drawn(browser, tmp_path):
     page.run("player.ask({type: 'seek', value: 0})")
     page.wait_for("player.shown === 0")
     assert page.run("stream.clouds[0].net.triangles.length / 3") == 32 and page.complaints() == []
+
+
+def test_springs_of_a_recorded_run_are_drawn_on_demand(browser, tmp_path):
+    """`view RUN`: the topology comes from the folder, the places from its frames; the wish outlasts going to and fro between them."""
+    sim, recorder = simulate(**CLOTH), Recorder(tmp_path / "run")
+    recorder.begin(resolved_yaml(sim.scene))
+    for frame in (sim.frame(), *sim.frames(3)):
+        recorder.record(frame, sim.statistics(), "0" * 32)
+    recorder.close()
+    recording = Recording(tmp_path / "run")
+    with Viewer(recording.scene, port=0) as viewer:
+        page = browser.open(viewer.url)
+        assert viewer.wait_for_client(60.0)
+        show(viewer, page, recording.frame(0))
+        assert page.run(RIBBONS) == [False]
+        page.run(S)
+        for index in (3, 1):
+            show(viewer, page, recording.frame(index))
+            assert page.run(RIBBONS) == [102] and page.run(BOXES)[1] == ["springs", True, False]
+        assert page.complaints() == []
