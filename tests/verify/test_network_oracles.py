@@ -62,7 +62,8 @@ def test_energy_and_momentum_of_a_free_network_stay_and_its_center_falls():
 
 
 @pytest.mark.parametrize(("keys", "says"), [
-    ({"damping": [0.1]}, "damping"), ({"coupling": {"alpha": 0.1}}, "coupling"),
+    ({"damping": [0.1]}, "damping"), ({"coupling": {"alpha": 0.1}}, "coupling"), ({"tear": 0.5}, "tear"),
+    ({"muscles": [{"springs": [0], "rest": {"sine": {"mean": 1, "amplitude": 0.1, "period": 1}}}]}, "muscles"),
     ({"pins": [0], "pin_motion": [{"keyframes": [[0, [0, 0, 0]], [1, [0, 1, 0]]]}]}, "pin_motion"),
 ])  # fmt: skip
 def test_where_energy_does_not_stay_it_is_said(keys, says):

@@ -75,7 +75,8 @@ def _net(slot: int, system, look) -> dict:
     width = look.width if look.width is not None else 0.4 * max(size for _, size in look.size.stops)
     numbers = {key: np.ascontiguousarray(system.topology[key], "<u4").tobytes() for key in ("springs", "triangles")}
     parts = {"points": "points" in shown, "lines": "springs" in shown, "surface": "surface" in shown}
-    widths = {"width": float(width), "fine": min(float(width), _FINE * _typical_length(system))}
+    fine = width if look.width is not None else min(width, _FINE * _typical_length(system))
+    widths = {"width": float(width), "fine": float(fine)}
     return {"type": "warpsim_net", "slot": slot, **widths, **parts, **numbers}
 
 
