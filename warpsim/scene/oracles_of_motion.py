@@ -17,7 +17,7 @@ Bulk = Annotated[Number, Field(gt=0.0, le=LARGEST_COORDINATE)]
 Expected3 = tuple[Strength, Strength, Strength]
 _OWN = ("start", "velocity", "mass", "radius", "feels")
 HOLDING = ("pins", "drag", "air", "water")
-GIVING_OR_TAKING = ("damping", "pin_motion", "drag", "air", "water", "muscles", "tear", "self_collision")
+GIVING_OR_TAKING = ("damping", "pin_motion", "drag", "air", "water", "muscles", "tear", "strain_limit", "self_collision")
 
 
 class Released(Spec):
