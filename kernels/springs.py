@@ -42,11 +42,12 @@ class SpringTable:
 class Pins:
     point: wp.array[int]  # (pins): the points that are held
     home: wp.array2d[float]  # (3, pins): where, but for the motion [m]
-    motion: wp.array[wp.vec3i]  # (pins): signals of the displacement's components [m]; −1: none
     signals: Signals
     path: wp.array[int]  # (pins): which of the paths, −1: none; those that move alike have one
     paths: wp.array[wp.vec3i]  # (paths): signals of each
     displacement: wp.array2d[wp.vec3]  # (substeps + 1, paths): at the beginning of each substep, and at the frame's end [m]
+    place: wp.array2d[wp.vec3]  # (moments, paths): displacement at each half of a substep [m], for solvers that ask for stages
+    rate: wp.array2d[wp.vec3]  # (moments, paths): how fast it changes there [m/s]
     point_count: int  # of the whole network
 
 
@@ -147,7 +148,7 @@ def project_pins(
 
 
 @wp.func
-def displacement_rate(signals: Signals, signal: int, t: wp.float64, step: wp.float64) -> wp.float64:
+def signal_rate(signals: Signals, signal: int, t: wp.float64, step: wp.float64) -> wp.float64:
     """Return the rate of a signal by differences over two steps to either side, of fourth order."""
     near = sample_signal(signals, signal, t + step) - sample_signal(signals, signal, t - step)
     far = sample_signal(signals, signal, t + step * wp.float64(2.0)) - sample_signal(signals, signal, t - step * wp.float64(2.0))
@@ -155,25 +156,31 @@ def displacement_rate(signals: Signals, signal: int, t: wp.float64, step: wp.flo
 
 
 @wp.kernel(enable_backward=False)
-def place_pins(
+def sample_courses(
     first: int,
-    moment: int,
     dt: wp.float64,
     start_time: wp.array[wp.float64],
     pins: Pins,
-    position_out: wp.array2d[float],
-    velocity_out: wp.array2d[float],
+    place_out: wp.array2d[wp.vec3],
+    rate_out: wp.array2d[wp.vec3],
 ):
-    """Put every pinned point where it is held at a moment, in half substeps, with the velocity that it has there."""
-    p = first + wp.tid()
-    i = pins.point[p]
-    t = start_time[0] + wp.float64(moment) * (wp.float64(0.5) * dt)
+    """Fill the tables of the pins' displacements and their rates: element m · paths + k is path k at moment m, in half substeps."""
+    count = pins.paths.shape[0]
+    m = (first + wp.tid()) // count
+    k = (first + wp.tid()) % count
+    t = start_time[0] + wp.float64(m) * (wp.float64(0.5) * dt)
+    rate = wp.vec3()
     for axis in range(3):
-        signal = pins.motion[p][axis]
-        place = float(0.0)
-        speed = float(0.0)
-        if signal >= 0:
-            place = float(sample_signal(pins.signals, signal, t))
-            speed = float(displacement_rate(pins.signals, signal, t, wp.float64(0.125) * dt))
-        position_out[axis, i] = pins.home[axis, p] + place
-        velocity_out[axis, i] = speed
+        if pins.paths[k][axis] >= 0:
+            rate[axis] = float(signal_rate(pins.signals, pins.paths[k][axis], t, wp.float64(0.125) * dt))
+    place_out[m, k] = sample_strength(pins.signals, pins.paths[k], t)
+    rate_out[m, k] = rate
+
+
+@wp.kernel(enable_backward=False)
+def place_pins(first: int, moment: int, pins: Pins, position_out: wp.array2d[float], velocity_out: wp.array2d[float]):
+    """Put every pin that moves where it is at a moment, in half substeps, with the velocity that it has there."""
+    p = first + wp.tid()
+    if pins.path[p] >= 0:
+        write3(position_out, pins.point[p], read3(pins.home, p) + pins.place[moment, pins.path[p]])
+        write3(velocity_out, pins.point[p], pins.rate[moment, pins.path[p]])

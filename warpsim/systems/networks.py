@@ -48,6 +48,9 @@ class NetworkSystem(LastingSystem):
         self._pins.signals = table.tables(self.device)
         self.torn_springs = wp.zeros(0 if spec.tear is None else len(net.springs), dtype=int, device=self.device)
         self._pins.displacement = wp.zeros((count + 1, len(self._pins.paths)), dtype=wp.vec3, device=self.device)
+        moments = 2 * count + 1 if SOLVERS[spec.solver].has_stages else 0
+        for name in ("place", "rate"):
+            setattr(self._pins, name, wp.zeros((moments, len(self._pins.paths)), dtype=wp.vec3, device=self.device))
         self.solver = SOLVERS[spec.solver](self)
         self.parts = [part(self) for part in PARTS if part.wanted(spec)]
         if not self.solver.resolves or any(part.constrains for part in self.parts):
@@ -123,7 +126,6 @@ class NetworkSystem(LastingSystem):
         pins = springs.Pins()
         pins.point = wp.array(points, dtype=int, device=device)
         pins.home = wp.array(np.ascontiguousarray(self.net.points[points].T.reshape(3, -1)), dtype=float, device=device)
-        pins.motion = wp.array([motion.get(i, wp.vec3i(-1, -1, -1)) for i in points], dtype=wp.vec3i, device=device)
         paths = list({id(row): row for row in motion.values()}.values())
         number = {id(row): k for k, row in enumerate(paths)}
         pins.path = wp.array([number[id(motion[i])] if i in motion else -1 for i in points], dtype=int, device=device)
@@ -180,23 +182,27 @@ class NetworkSystem(LastingSystem):
             yield Stage("pins", springs.project_pins, count, inputs, spring_loops.project_pins, own=True)
 
     def _sample_paths(self) -> Iterator[Stage]:
-        """Yield the stage that works out where moved pins are at the end of each substep: once for all that move alike."""
+        """Yield the stages that work out where moved pins are at each substep's end, and at each stage: once for all that move alike."""
         table = self._pins.displacement
         if table.size:
             inputs = (self.pace.dt, self.start_time, self._pins, table)
             yield Stage("pins", springs.sample_paths, table.size, inputs)
+        place, rate = self._pins.place, self._pins.rate
+        if place.size:
+            inputs = (self.pace.dt, self.start_time, self._pins, place, rate)
+            yield Stage("pins", springs.sample_courses, place.size, inputs)
 
     def place_pins(self, moment: int) -> Iterator[Stage]:
         """Yield the stage that puts pins that move where they are at a moment, in half substeps, with the velocity that they have there."""
-        if self.spec.pin_motion:
-            inputs = (moment, self.pace.dt, self.start_time, self._pins, self.particles.position, self.particles.velocity)
+        if self._pins.place.size:
+            inputs = (moment, self._pins, self.particles.position, self.particles.velocity)
             yield Stage("pins", springs.place_pins, self._pins.point.shape[0], inputs)
 
     @property
     def load(self) -> int:
         """How many particles that move alone are about as much work; meetings of cores, which take time without doing any, off it."""
         work = POINT_WORK * len(self.net.points) + SPRING_WORK * len(self.net.springs) - MEETINGS
-        return max(0, round(self.pace.substep_count * work))
+        return max(0, round(self.pace.substep_count * self.solver.evaluations * work))
 
     @property
     def topology(self) -> dict[str, np.ndarray]:

@@ -17,6 +17,12 @@ class NetworkSolver(ABC):
     resolves = False
     """Whether its own stages lead points past colliders and note who left the world; else the system does so after each substep."""
 
+    has_stages = False
+    """Whether it asks for forces, and for pins that move, between the beginning and the end of a substep."""
+
+    evaluations = 1
+    """How often per substep it asks for forces."""
+
     @classmethod
     def fields(cls, spec) -> dict[str, Field]:
         """Return the rows that the population keeps for it besides its own."""

@@ -24,6 +24,8 @@ class Staged(NetworkSolver):
     is one by Runge and Kutta, whose drives make a past of full order; until then it takes what there is.
     """
 
+    has_stages = True
+
     @classmethod
     def fields(cls, spec) -> dict[str, Field]:
         """Return the rows that the population keeps for it."""
@@ -32,6 +34,7 @@ class Staged(NetworkSolver):
     def __init__(self, system):
         super().__init__(system)
         self._order, self._corrects = staged.METHODS.get(system.spec.solver, (0, False))
+        self.evaluations = 4 if not self._order else 2 if self._corrects else 1
         capacity, device, work = system.population.capacity, system.device, staged.Staging()
         work.count, work.opening, work.h = system.point_count, system.opening, system.pace.dt
         work.clock, work.environment, work.free, work.drive = system.clock, system.surroundings.row, system.inverse_mass, system.internal
