@@ -42,6 +42,8 @@ class Loads(NamedTuple):
     """Rate at which velocities across a surface die away [1/s]."""
     drag: tuple[float, float]
     """Smallest and largest rate at which velocities of points die away, solved exactly [1/s]."""
+    water: float = 0.0
+    """Rate at which a fluid slows facets, of which a step takes 1 − e^(−rate h) as the springs pull [1/s]."""
 
 
 class Advice(NamedTuple):
@@ -135,7 +137,7 @@ def longest_for(solver: str, loads: Loads) -> float:
 def _symplectic_holds(solver: str, loads: Loads, h: float) -> bool:
     """Return whether a step of h keeps every mode. Verlet splits the air off (Strang); drift_kick's springs come after the drag."""
     stands = 2.0 + 2.0 * math.exp(-loads.drag[1] * h) if solver == "drift_kick" else 4.0
-    decay = 0.0 if solver == "verlet" else -2.0 * math.expm1(-loads.air * h)
+    decay = -2.0 * math.expm1(-loads.water * h) - (0.0 if solver == "verlet" else 2.0 * math.expm1(-loads.air * h))
     return h * h * loads.stiffness + 2.0 * h * loads.damping + decay <= stands
 
 
@@ -172,13 +174,17 @@ def network_loads(spec, net: Net) -> Loads:
     least = min([least, *(resisting[hinges > 0.0] / hinges[hinges > 0.0])])
     strong = bound(net, stiffness, rest, mass, held) + float(16.0 * hinges.sum() / mass.max())
     damped = bound(net, damping, None, mass, held) + float(16.0 * resisting.sum() / mass.max())
-    if getattr(spec, "water", 0.0) and spec.solver not in UNBOUNDED:
-        damped += water_rate(spec.water, net, np.where(held, 0.0, 1.0 / mass))
-    return Loads(strong, damped, least, air, (float(drag.min(initial=np.inf)), float(drag.max())) if drag.size else (0.0, 0.0))
+    water = water_rate(getattr(spec, "water", 0.0), net, np.where(held, 0.0, 1.0 / mass))
+    if spec.solver in STAGED or spec.solver == "euler":
+        air, water = air + water, 0.0
+    between = (float(drag.min(initial=np.inf)), float(drag.max())) if drag.size else (0.0, 0.0)
+    return Loads(strong, damped, least, air, between, water)
 
 
 def water_rate(water: float, net: Net, inverse_mass: np.ndarray) -> float:
     """Return a bound of the rate at which a fluid slows a surface [1/s]: the largest κ of kernels/facets.py, at the start."""
+    if not water:
+        return 0.0
     a, b, c, d = net.points[np.where(net.facets < 0, net.facets[:, [2]], net.facets)].swapaxes(0, 1)
     area = 0.5 * np.linalg.norm(np.cross(c - a, d - b), axis=1)
     return float((water * area * looseness(net, inverse_mass)).max(initial=0.0))

@@ -39,7 +39,8 @@ class Water:
     def forces(self, moment: int) -> Iterator[Stage]:
         """Yield the stages that add what the fluid does [m/s²] to the system's `internal`."""
         system, surface = self._system, self._surface
-        inputs = (moment, system.pace.dt, surface, system.particles, self._share)
+        h = system.pace.dt if system.solver.takes_air else 0.0  # without a scale it is the force itself
+        inputs = (moment, h, surface, system.particles, self._share)
         yield Stage("water", facets.sample_facets, len(surface.corner), inputs)
         inputs = (len(system.net.points), surface, self._share, system.inverse_mass, system.internal)
         yield Stage("water", facets.accumulate_facets, len(surface.begin) * SLICE - SLICE, inputs)

@@ -28,6 +28,9 @@ class NetworkSolver(ABC):
         """Return the rows that the population keeps for it besides its own."""
         return {}
 
+    takes_air = True
+    """Whether it takes what air and water leave of a velocity in one go; else they are forces like others, for it to integrate."""
+
     def __init__(self, system):
         self.system = system
 

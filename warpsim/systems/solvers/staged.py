@@ -42,6 +42,8 @@ class Staged(NetworkSolver):
             setattr(work, name, wp.zeros((3, capacity), dtype=float, device=device))
         self._work = work
 
+    takes_air = False
+
     def air_rows(self, k: float) -> np.ndarray:
         """Return k itself for every moment: the air is one more force, for a method of any order to integrate."""
         return np.tile([k, 0.0], (2 * self.system.pace.substep_count + 1, 1))
