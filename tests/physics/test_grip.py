@@ -97,7 +97,7 @@ def crawl(**changes) -> np.ndarray:
 
 
 def test_the_worm_crawls_by_its_bristles():
-    """By growing long and short alone: a tenth of its 1.6 m per wave with them, hardly without, backward if they are turned; idle it lies."""
+    """By growing long and short alone: a tenth of its 1.6 m per wave, hardly any without, backward if they are turned; idle it lies."""
     worm = load_scene("worm").systems["worm"]
     long, turned = worm.muscles[:1], worm.grip.model_copy(update={"forward": worm.grip.backward, "backward": worm.grip.forward})
     way = crawl(muscles=long)
