@@ -22,6 +22,14 @@ MEASURE = """
     const int S = particles.position.shape[1], T = layers.start.shape[1], R = layers.reference.shape[1], slices = layers.boxes.shape[1];
     for (int b = begin; b < end; b += B) {
         const int n = end - b < B ? end - b : B;
+        float farthest = 0.0f;
+        for (int t = 0; t < n; ++t) {
+            const float *X = particles.position.data + b + t, *X0 = layers.start.data + b + t;
+            const vec way(X[0] - X0[0], X[S] - X0[T], X[2 * S] - X0[2 * (size_t)T]);
+            const float square = wp::dot(way, way);
+            farthest = square > farthest ? square : farthest;
+        }
+        layers.boxes.data[(size_t)12 * slices + b / B] = farthest;
         for (int c = 0; c < 3; ++c) {
             const float *X = particles.position.data + (size_t)c * S + b, *X0 = layers.start.data + (size_t)c * T + b;
             const float *XR = layers.reference.data + (size_t)c * R + b;

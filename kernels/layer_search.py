@@ -40,8 +40,12 @@ def read_box(layers: Layers, row: int, b: int) -> wp.vec3:
 
 @wp.kernel(enable_backward=False)
 def measure_motion(first: int, layers_inout: Layers, particles: Particles):
-    """Store the boxes of one slice's x0 − x* and x − x0 [m]."""
+    """Store the boxes of one slice's x0 − x* and x − x0 [m], and the largest |x − x0|² [m²]."""
     b = first + wp.tid()
+    farthest = float(0.0)
+    for i in range(b * LANES, wp.min((b + 1) * LANES, layers_inout.point_count)):
+        farthest = wp.max(farthest, wp.length_sq(read3(particles.position, i) - start_at(layers_inout, i)))
+    layers_inout.boxes[12, b] = farthest
     for axis in range(3):
         drift = wp.vec2(1.0e30, -1.0e30)
         step = wp.vec2(1.0e30, -1.0e30)
@@ -64,20 +68,23 @@ def decide_search(first: int, s: int, layers_inout: Layers, counters_out: wp.arr
     high = read_box(layers_inout, 3, 0)
     least = read_box(layers_inout, 6, 0)
     most = read_box(layers_inout, 9, 0)
+    farthest = layers_inout.boxes[12, 0]
     for b in range(1, layers_inout.boxes.shape[1]):
         low = wp.min(low, read_box(layers_inout, 0, b))
         high = wp.max(high, read_box(layers_inout, 3, b))
         least = wp.min(least, read_box(layers_inout, 6, b))
         most = wp.max(most, read_box(layers_inout, 9, b))
+        farthest = wp.max(farthest, layers_inout.boxes[12, b])
     drift = (high - low) * 0.5
-    middle = (most + least) * (0.5 * layers_inout.numbers[FOLLOWS])
-    beside = wp.max(most - middle, middle - least)
+    brisk = wp.where(farthest <= layers_inout.numbers[STRIDE] * layers_inout.numbers[STRIDE], 0, 1)  # not a number: 1
+    middle = (most + least) * (0.5 * layers_inout.numbers[FOLLOWS] * float(brisk))
+    middle = wp.where(2.0 * wp.length(middle) > layers_inout.numbers[STRIDE], middle, wp.vec3())
     search = wp.where(wp.length(drift) <= layers_inout.numbers[DRIFT] and layers_inout.flags[CROWDED] == 0, 0, 1)  # not a number: 1
     brakes = layers_inout.flags[BRAKES] + layers_inout.flags[ALARM]
     layers_inout.flags[BRAKES] = wp.where(s == 0, 0, brakes)
     layers_inout.flags[SEARCHES] = wp.where(s == 0, 0, layers_inout.flags[SEARCHES]) + search
     layers_inout.flags[SEARCH] = search
-    layers_inout.flags[BRISK] = wp.where(wp.length(beside) <= layers_inout.numbers[STRIDE], 0, 1)
+    layers_inout.flags[BRISK] = brisk
     layers_inout.flags[ALARM] = 0
     layers_inout.flags[CROWDED] = 0
     for axis in range(3):

@@ -31,7 +31,7 @@ class Layers:
     point_count: int
     rows: int  # of a slice of the lists: the longest list that there can be
     opening: int  # number of the frame in which nothing moves
-    numbers: wp.array[float]  # (9): see DISTANCE …; lengths [m], the substep [s]; FOLLOWS 1: t is the middle of all displacements, 0: none
+    numbers: wp.array[float]  # (9): see DISTANCE …; lengths [m], the substep [s]; FOLLOWS 0: t is none
     rest: wp.array[wp.vec3]  # (1): a·a, a·b, b·b of the cells' edges at rest [m²]
     place: wp.array[wp.vec2i]  # (capacity): i and j of a point in the sheet
     inverse_mass: wp.array[float]  # (capacity) [1/kg]; 0 for a point that is pinned
@@ -41,8 +41,8 @@ class Layers:
     near: wp.array[int]  # (slices · rows · 64): who they are, in the order of their numbers
     touches: wp.array[int]  # (capacity): how many of them touch it
     push: wp.array2d[float]  # (6, capacity): what they do to its x [m] and v [m/s]
-    boxes: wp.array2d[float]  # (12, slices): least and largest of x0 − reference and of x − x0 [m]
-    middle: wp.array[float]  # (3): the common motion t in this substep [m]
+    boxes: wp.array2d[float]  # (13, slices): least and largest of x0 − reference and of x − x0 [m], largest |x − x0|² [m²]
+    middle: wp.array[float]  # (3): the common motion t [m]: the middle of all displacements of a sheet that flies fast, else none
     flags: wp.array[int]  # (6): see SEARCH …
 
 

@@ -113,6 +113,20 @@ def test_no_pair_is_ever_within_the_least_core():
     assert touched > 100
 
 
+def test_brakes_throw_nobody():
+    """A sheet with hardly any shear stiffness whips over a box: it is braked all the time, and its energy only falls."""
+    box = {"type": "box", "center": [0, -0.2, 0], "size": [0.5, 0.05, 0.4], "friction": 0.5, "restitution": 0}
+    keys = {"edges": [[1.0, 0, 0], [0, 0, 0.8]], "corner": [-0.5, 0, -0.4], "shear": {"stiffness": 2, "damping": 0.001}, "thickness": 0.01}
+    sim = simulate(**{**sheet(41, 33), **keys, "substeps": 32, "gravity": (0, -9.81, 0)}, more={"colliders": [box]})
+    energies, brakes = [], 0
+    for frame in sim.frames(50):
+        x, v, m = (getattr(frame["s"], key).astype(float) for key in ("position", "velocity", "mass"))
+        numbers = sim.systems["s"].statistics()
+        brakes += numbers["self_brakes"]
+        energies.append(float(m @ (0.5 * (v * v).sum(axis=1) + 9.81 * x[:, 1])) + numbers["elastic_energy"])
+    assert brakes > 50 and np.diff(energies).max() < 1e-3 * np.ptp(energies)
+
+
 def nearest_layers(x: np.ndarray, columns: int) -> float:
     """The least distance of two points that are no neighbors in a sheet with so many columns."""
     i, j = np.triu_indices(len(x), 1)

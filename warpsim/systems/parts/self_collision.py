@@ -43,7 +43,7 @@ class SelfCollision(Part):
         self.layers.near = wp.zeros(capacity * rows, dtype=int, device=device)
         self.layers.touches = wp.zeros(capacity, dtype=int, device=device)
         self.layers.push = wp.zeros((6, capacity), dtype=float, device=device)
-        self.layers.boxes = wp.zeros((12, -(-system.point_count // 64)), dtype=float, device=device)
+        self.layers.boxes = wp.zeros((13, -(-system.point_count // 64)), dtype=float, device=device)
         self.layers.middle = wp.zeros(3, dtype=float, device=device)
         self.layers.flags = wp.zeros(6, dtype=int, device=device)
         self._neighbors = Neighbors(system.population, 1.0, places=system.start[0:3], counters=self._counters)
