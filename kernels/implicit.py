@@ -15,6 +15,10 @@ from warpsim.kernels.points import started
 from warpsim.kernels.springs import SHORTEST, SLICE, SpringTable
 
 SCATTERED = wp.constant(1 << 30)  # instead of a step: the neighbors of the row lie anywhere
+# h² k and h c count as no more than so many times the mass of a spring's ends: 32-bit velocities lose the mass beside more. By its ends'
+# weight such a spring is stretched by g h²/10⁵, 2e-9 m at 4 substeps a frame.
+STIFFEST = wp.constant(1.0e5)
+LIGHTEST = wp.constant(1.0e-30)  # [1/kg]: between two pins nothing is light
 Factor = wp.types.vector(length=6, dtype=float)
 
 
@@ -50,16 +54,18 @@ class Tie:
 
 
 @wp.func(inline=True)
-def tie_of(d: wp.vec3, r: float, k: float, c: float, h: float) -> Tie:
-    """Return what a spring with d = x_j − x_i adds to B and to the right side; where the ends coincide it has no direction."""
+def tie_of(d: wp.vec3, r: float, k: float, c: float, h: float, lightness: float) -> Tie:
+    """Return what a spring with d = x_j − x_i adds to B and the right side; lightness is 1/m_i + 1/m_j; ends may coincide."""
     d2 = wp.dot(d, d)
     inverse = 1.0 / wp.sqrt(wp.max(d2, SHORTEST))
     n = d * inverse
     across = wp.clamp(1.0 - r * inverse, 0.0, 1.0)
+    most = STIFFEST / wp.max(lightness, LIGHTEST)
+    hhk = wp.min(h * h * k, most)
     tie = Tie()
-    tie.w = n * wp.sqrt(h * h * k * (1.0 - across) + h * c)
-    tie.beta = h * h * k * across
-    tie.impulse = n * (h * k * (d2 * inverse - r))
+    tie.w = n * wp.sqrt(hhk * (1.0 - across) + wp.min(h * c, most))
+    tie.beta = hhk * across
+    tie.impulse = n * (hhk / h * (d2 * inverse - r))
     return tie
 
 
@@ -121,7 +127,14 @@ def assemble_point(i: int, weave_inout: Weave, table: SpringTable, particles: Pa
         tie = Tie()
         if number >= 0:
             xj = wp.vec3(system_inout.start[0, j], system_inout.start[1, j], system_inout.start[2, j])
-            tie = tie_of(xj - x, table.rest[number], table.stiffness[number], table.damping[number], system_inout.h)
+            tie = tie_of(
+                xj - x,
+                table.rest[number],
+                table.stiffness[number],
+                table.damping[number],
+                system_inout.h,
+                weave_inout.free[i] + weave_inout.free[j],
+            )
         right = right + (tie.impulse + resist(tie.w, tie.beta, read3(particles.velocity, j) - u))
         for axis in range(3):
             weave_inout.weight[row, SLICE * axis + lane] = tie.w[axis]

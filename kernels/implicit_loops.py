@@ -39,7 +39,8 @@ ASSEMBLE = """
                 const int i = b + t, j = place, n = N[t] < 0 ? 0 : N[t]; \
                 const float is = N[t] < 0 ? 0.0f : 1.0f; \
                 const float rest = is * table.rest.data[n], k = is * table.stiffness.data[n], c = is * table.damping.data[n]; \
-                const auto tie = $tie_of(vec(X[j], Y[j], Z[j]) - vec(X[i], Y[i], Z[i]), rest, k, c, system.h); \
+                const auto tie = $tie_of(vec(X[j], Y[j], Z[j]) - vec(X[i], Y[i], Z[i]), rest, k, c, system.h, \
+                                         weave.free.data[i] + weave.free.data[j]); \
                 const vec e = vec(UX[j], UY[j], UZ[j]) - vec(UX[i], UY[i], UZ[i]), f = tie.impulse + $resist(tie.w, tie.beta, e); \
                 RX[t] += f[0]; RY[t] += f[1]; RZ[t] += f[2]; \
                 W[t] = tie.w[0]; W[B + t] = tie.w[1]; W[2 * B + t] = tie.w[2]; W[3 * B + t] = tie.beta; }

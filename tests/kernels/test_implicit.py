@@ -60,16 +60,19 @@ def test_the_matrix_of_a_spring_equals_the_twin_and_is_positive():
     for turn in range(200):
         d = rng.normal(size=3).astype(np.float32)
         r, k, c, h = (float(np.float32(x)) for x in (*rng.uniform(0, 2, 1), *rng.uniform(0, 1e4, 2), rng.uniform(1e-3, 0.1)))
-        tie = tie_of(wp.vec3(*map(float, d)), r, k, c * (turn % 2), h)
+        tie = tie_of(wp.vec3(*map(float, d)), r, k, c * (turn % 2), h, 1e-3)
         w, beta, e = np.array(tie.w, float), tie.beta, rng.normal(size=3)
         expected = twin.tie_matrix(d.astype(float), k, c * (turn % 2), r, h)
         matrix = beta * np.eye(3) + np.outer(w, w)
         assert matrix == pytest.approx(expected, abs=10 * 2**-24 * np.abs(expected).max())
         assert beta >= 0.0
         assert np.array(resist(tie.w, beta, wp.vec3(*e))) == pytest.approx(matrix @ e, abs=1e-5 * np.abs(matrix).max())
-    still = tie_of(wp.vec3(), 0.5, 1e12, 1e12, 0.01)
+    light = tie_of(wp.vec3(2.0, 0.0, 0.0), 1.0, 1e12, 1e12, 0.01, 50.0)  # no more than 1e5/50 kg along it
+    assert light.w[0] ** 2 == pytest.approx(1e3 + 2e3, rel=1e-6) and light.beta == pytest.approx(1e3, rel=1e-6)
+    assert light.impulse[0] == pytest.approx(2e3 / 0.01, rel=1e-6)
+    still = tie_of(wp.vec3(), 0.5, 1e12, 1e12, 0.01, 1.0)
     assert [*still.w, still.beta, *still.impulse] == [0.0] * 7
-    assert tie_of(wp.vec3(), 0.0, 100.0, 0.0, 0.1).beta == pytest.approx(1.0)
+    assert tie_of(wp.vec3(), 0.0, 100.0, 0.0, 0.1, 1.0).beta == pytest.approx(1.0)
 
 
 @wp.kernel(enable_backward=False)

@@ -106,6 +106,21 @@ def test_a_flag_of_a_million_newtons_per_meter_lives_for_ten_seconds():
     assert np.mean(speeds[4:]) > 0.2
 
 
+@pytest.mark.parametrize("mass", [1e-12, 1.0, 1e6])
+@pytest.mark.parametrize("damping", [0.0, 1e12])
+@pytest.mark.parametrize("stiffness", [1e6, 1e12])
+def test_no_stiffness_and_no_lightness_upsets_a_swinging_chain(stiffness, damping, mass):
+    """It keeps its length to 2 % and what the softest give way to the heaviest, 190 m g/k and three times that; energy does not grow."""
+    chain = {"type": "chain", "count": 20, "start": [0, 0, 0], "end": [1.9, 0, 0]}
+    sim = implicit(generator=chain, mass=mass, stiffness=stiffness, damping=damping, pins=["start"], gravity=(0, -G, 0))
+    sim.run(0.75)
+    x, v = state(sim)
+    heavy = mass * G * 190 / stiffness
+    assert np.linalg.norm(np.diff(x, axis=0), axis=1).sum() < 1.9 * 1.02 + 3 * heavy
+    assert (0.5 * (v**2).sum(axis=1) + G * x[:, 1]).sum() < 1e-2 * G * 1.9 * 20
+    assert x[:, 1].min() < -1.0  # it swings: it does not stick where it was
+
+
 def test_caps_and_residuals_are_told():
     """A chain of 19 free points ends within the digits of its 57 unknowns; with two iterations every substep counts as cut short."""
     chain = {"type": "chain", "count": 21, "start": [0, 0, 0], "end": [2, 0, 0]}
@@ -144,3 +159,25 @@ def test_its_tolerance_may_change_while_it_runs():
     sim.change("systems.s.tolerance", 1e-6)
     sim.run(0.1)
     assert sim.statistics()["s"]["cg_iterations"] > coarse + 3 and sim.statistics()["s"]["cg_residual"] <= 1e-6
+
+
+def test_it_is_of_first_order():
+    """A slow tangle at 4, 8 and 16 substeps: twice as many leave half of the error, against Verlet at 256, whose own is nothing beside it."""
+    keys = tangle(30, 40) | {"gravity": (0, -G, 0), "pins": [0]}
+    exact, errors = simulate(**keys, solver="verlet", substeps=256), []
+    exact.run(0.25)
+    for substeps in (4, 8, 16):
+        sim = implicit(**keys, substeps=substeps, tolerance=1e-6)
+        sim.run(0.25)
+        errors.append(np.abs(state(sim)[0] - state(exact)[0]).max())
+    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.1) and errors[1] / errors[2] == pytest.approx(2.0, rel=0.1)
+
+
+def test_its_springs_may_change_while_it_runs():
+    """Made ten times as stiff, a weight that hangs comes to hang a tenth as deep."""
+    hung = {"points": [[0, 0, 0], [0, -1, 0]], "springs": [[0, 1]], "mass": 0.1, "damping": 1.0, "pins": [0], "gravity": (0, -G, 0)}
+    sim = implicit(**hung, stiffness=10.0)
+    for stiffness in (10.0, 100.0):
+        sim.change("systems.s.stiffness", stiffness)
+        sim.run(10.0)
+        assert state(sim)[0][1, 1] == pytest.approx(-1 - 0.1 * G / stiffness, abs=2e-6)
