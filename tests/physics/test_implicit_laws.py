@@ -162,7 +162,7 @@ def test_its_tolerance_may_change_while_it_runs():
 
 
 def test_it_is_of_first_order():
-    """A slow tangle at 4, 8 and 16 substeps: twice as many leave half of the error, against Verlet at 256, whose own is nothing beside it."""
+    """A slow tangle at 4, 8 and 16 substeps: twice as many leave half of the error against Verlet at 256, which has next to none."""
     keys = tangle(30, 40) | {"gravity": (0, -G, 0), "pins": [0]}
     exact, errors = simulate(**keys, solver="verlet", substeps=256), []
     exact.run(0.25)
