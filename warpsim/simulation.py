@@ -255,7 +255,7 @@ class Simulation:
         Among colliders: pushed, how often a particle began inside one and was put on its surface. Where emitters listen to events:
         children, how many of the births were of these. Where particles choose their substeps: their mean number per frame, and inexact,
         in how many frames of a particle even the most substeps did not keep the tolerance.
-        Of networks: elastic energy [J].
+        Of networks: elastic energy [J]. Of flocks: order, polarization [degrees], milling, nearest [m], clusters (docs/flocks.md).
         """
         result = {}
         for name, system in self.systems.items():

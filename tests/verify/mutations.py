@@ -68,6 +68,7 @@ MUTATIONS = (
              {"pairwise": "0", "cluster": "0"}),
     Mutation("separation", "kernels/flock.py", "company.apart * rules.separation", "company.apart * (1.01 * rules.separation)",
              {"flock": "course"}),
+    Mutation("vicsek", "kernels/flight.py", "heading * mode[0].speed", "heading * (1.01 * mode[0].speed)", {"vicsek": "pace"}),
     Mutation("cohesion", "kernels/flock.py", "coherent * rules.cohesion", "coherent * (1.01 * rules.cohesion)", {"flock": "course"}),
     Mutation("alignment", "kernels/flock.py", "turn * rules.alignment", "turn * (1.01 * rules.alignment)", {"flock": "course"}),
     Mutation("stiffness", "kernels/springs.py", "n * (k * (d2", "n * (1.01 * k * (d2",

@@ -7,7 +7,8 @@ topology.npz       of networks, once: NAME.springs int32 (m, 2), NAME.triangles 
 stats.csv          time [s] and per system live, born, refused, killed (counts), kinetic_energy [J]; with emitters that listen: children;
                    among colliders: pushed; with substeps of their own choice: inexact; of networks: elastic_energy [J]; by implicit_euler:
                    cg_iterations (per substep), cg_residual [1], cg_unconverged (substeps so far);
-                   where springs may tear: torn; with a strain_limit: overlong
+                   where springs may tear: torn; with a strain_limit: overlong; of flocks: order, polarization [degrees], milling,
+                   nearest [m], clusters
 assets/            copies of the files that the scene names
 changes.jsonl      one line per number that was changed while it ran: before the step from frame index, path became value
 lastgood.npz       the last good state of a run that was interrupted or blew up
@@ -46,6 +47,11 @@ STATISTICS = (
     "cg_iterations",
     "cg_residual",
     "cg_unconverged",
+    "order",
+    "polarization",
+    "milling",
+    "nearest",
+    "clusters",
 )
 
 

@@ -7,6 +7,7 @@ from pydantic import Field
 from warpsim.scene import (  # noqa: F401  (being defined registers them)
     oracles_of_births,
     oracles_of_contact,
+    oracles_of_flocks,
     oracles_of_flow,
     oracles_of_motion,
     oracles_of_networks,

@@ -12,6 +12,7 @@ from warpsim.kernels import flight, flock
 from warpsim.launch import Stage
 from warpsim.population import Field
 from warpsim.scene import Scene
+from warpsim.systems.census import Census
 from warpsim.systems.crowds import Attention, Crowd, rule_row
 from warpsim.systems.emitters import random_key
 from warpsim.systems.lasting import LastingSystem
@@ -45,6 +46,8 @@ class Flock(LastingSystem):
         self._attention = {other: Attention(row, self.device) for other, row in self._rule_rows(spec).items()}
         self._appearance: Crowd | None = None  # for other flocks: where it was when the frame began
         self._others: dict[str, Flock] = {}
+        self._census: Census | None = None  # made when somebody asks
+        self._native = False
         self._origin = self.save()
 
     def _rule_rows(self, spec) -> dict[str, flock.Rules]:
@@ -82,7 +85,7 @@ class Flock(LastingSystem):
         """Yield the frame's stages; nothing in them waits for the device."""
         yield from self.surroundings.stages()
         yield from self._behaviors.sampling()
-        gathering = list(self._gathering(native))
+        self._native, gathering = native, list(self._gathering(native))
         for s in range(self.pace.substep_count):
             yield from self.begin()
             yield from gathering
@@ -146,8 +149,10 @@ class Flock(LastingSystem):
         self.restore(self._origin)
 
     def statistics(self) -> dict[str, float]:
-        """Return what there is to tell besides counts and kinetic energy."""
-        return {}
+        """Return what there is to tell besides counts and kinetic energy: how much order there is, spacing, clusters."""
+        if self._census is None:
+            self._census = Census(self, self._native)
+        return self._census.numbers()
 
 
 def limit_row(spec, h: float) -> flight.Limits:

@@ -1,7 +1,7 @@
 """Which measurer measures which oracle. A new kind is its spec in warpsim/scene, its measurer in this room, and a line here."""
 
 from warpsim.scene.springs import Network
-from warpsim.verify import births, contact, flow, motion, networks, orders, systems
+from warpsim.verify import births, contact, flocks, flow, motion, networks, orders, systems
 from warpsim.verify.measurers import Measurer
 
 MEASURERS: dict[str, type[Measurer]] = {
@@ -36,6 +36,7 @@ MEASURERS: dict[str, type[Measurer]] = {
     "reach": networks.ReachMeasurer,
     "rms_speed": networks.RmsSpeedMeasurer,
     "agreement": networks.AgreementMeasurer,
+    "order": flocks.OrderMeasurer,
 }
 
 TOGETHER: dict[str, type[Measurer]] = {
