@@ -230,7 +230,7 @@ def _vicsek_mistakes(flock: Flock) -> list[Mistake]:
     found = [
         Mistake((key,), f"vicsek knows one speed and its neighbors' headings only: leave {key} out", ("vicsek", key))
         for key in idle
-        if key in flock.model_fields_set and getattr(flock, key) not in (None, (), {})
+        if getattr(flock, key) != Flock.model_fields[key].default
     ]
     if flock.start.speed is not None:
         found.append(Mistake(("start", "speed"), "vicsek.speed is the speed of all: leave this one out", ("vicsek", "start")))
