@@ -17,8 +17,9 @@ from warpsim.kernels.springs import spring_force
 
 FORWARD = [(along, down) for along, down in STEPS if (down, along) > (0, 0)]  # springs that are worked out here, by their steps
 
+MOST_COLUMNS = 256  # of a tile
 TILES = """
-    constexpr int W = 256, N = 16, O = N, L = W + 4 * N, B = @BLOCK@;  // lane O + l of a buffer is column i0 + l; N of them are a vector
+    constexpr int W = @WIDTH@, N = 16, O = N, L = W + 4 * N, B = @BLOCK@;  // lane O + l is column i0 + l; N of them are a vector
     const int S = particles.position.shape[1], nx = sheet.nx, ny = sheet.ny;
     const float *P = particles.position.data, *Q = particles.velocity.data;
     const float air = sheet.air.data[2 * moment], lead = sheet.air.data[2 * moment + 1];
@@ -68,15 +69,15 @@ AIR = """
                 }
             }
 """
-STORE = """
+PULLS = """
             if (j < begin) continue;
             for (int t0 = 0; t0 < width; t0 += B) {
-                const int p = j * nx + c0 + t0, k = own + t0, n = width - t0 < B ? width - t0 : B;
+                const int p = j * nx + c0 + t0, mine = own + t0, n = width - t0 < B ? width - t0 : B;
                 const float* w = sheet.inverse_mass.data + p;
                 float X[3][B], U[3][B] = {}, pull[3][B] = {}, wind[3][B] = {};
-                for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) if (i < n) { const int l = k + i; pull[c][i] = SUM; }
+                for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) if (i < n) { const int l = mine + i; pull[c][i] = SUM; }
                 if (air > 0.0f) {
-                    for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) X[c][i] = place[j % 3][c][k + i];
+                    for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) X[c][i] = place[j % 3][c][mine + i];
                     #define FLOW(formula) for (int i = 0; i < B; ++i) { \\
                         const vec x = AT(X, i), r = formula; U[0][i] += r[0]; U[1][i] += r[1]; U[2][i] += r[2]; }
                     for (int m = 0; m < sheet.flow.shape[1]; ++m) {
@@ -85,15 +86,18 @@ STORE = """
                     }
                     const auto &above = cell[(j + 1) % 2], &below = cell[j % 2], &v = speed[j % 3];
                     for (int i = 0; i < B; ++i) {
-                        const int l = k + i;
+                        const int l = mine + i;
                         const vec area = vec() + AT(above, l - 1) + AT(above, l) + AT(below, l - 1) + AT(below, l);
                         PUT(wind, i, $wind_pull(area, AT(v, l) + AT(pull, i) * lead, AT(U, i), air))
                     }
                 }
-                for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) if (i < n)
-                    internal.data[c * S + p + i] = pull[c][i] + (w[i] > 0.0f ? wind[c][i] : 0.0f);
+                for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) if (i < n) pull[c][i] += w[i] > 0.0f ? wind[c][i] : 0.0f;
+ENDED
             }
 """.replace("FLOW_CASES", cases(FLOWS.values(), "FLOW"))
+KEEP = """
+                for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) if (i < n) internal.data[c * S + p + i] = pull[c][i];
+"""
 MACROS = "".join(f"#undef {macro}\n" for macro in ("EACH_LANE", "AT", "PUT", "FLOW"))
 
 
@@ -106,7 +110,7 @@ def pull_of(along: int, down: int) -> str:
 
 def rows_text(row: str, buffers: dict[str, int], *formulas) -> str:
     """Assemble a loop over rows from what is done in each; `buffers`: their names and numbers of rows."""
-    text = TILES.replace("ROW", row)
+    text = TILES.replace("ROW", row).replace("@WIDTH@", str(MOST_COLUMNS))
     text = text.replace("BUFFERS", "float " + ", ".join(f"{name}[{rows}][3][L]" for name, rows in buffers.items()) + ";")
     text = text.replace("CLEARED", " ".join(f"clear({name});" for name in buffers))
     text = text.replace("\n                    #define", "\n#define").replace("\n    #define", "\n#define")
@@ -117,7 +121,7 @@ WIND_BUFFERS = {"place": 3, "speed": 3, "cell": 2}
 PULL_BUFFERS = {f"pull{k}": down + 1 for k, (_, down) in enumerate(FORWARD)}
 CALLS = " ".join(f"springs(pull{k}[j % {b + 1}], {STEPS.index((a, b))}, {a}, {b});" for k, (a, b) in enumerate(FORWARD))
 SPRINGS_AND_AIR = SPRINGS.replace("CALLS", CALLS) + AIR
-SPRINGS_AND_AIR += STORE.replace("SUM", f"(0.0f{''.join(pull_of(*step) for step in STEPS)}) * w[i]")
+SPRINGS_AND_AIR += PULLS.replace("SUM", f"(0.0f{''.join(pull_of(*step) for step in STEPS)}) * w[i]")
 
 
 @wp.func
@@ -126,14 +130,14 @@ def share_rows(part: int, part_count: int, row_count: int) -> wp.vec2i:
     return wp.vec2i(row_count * part // part_count, row_count * (part + 1) // part_count)
 
 
-@wp.func_native(rows_text(SPRINGS_AND_AIR, WIND_BUFFERS | PULL_BUFFERS, spring_force))
+@wp.func_native(rows_text(SPRINGS_AND_AIR.replace("ENDED", KEEP), WIND_BUFFERS | PULL_BUFFERS, spring_force))
 def sheet_rows(begin: int, end: int, moment: int, sheet: Sheet, particles: Particles, internal: wp.array2d[float]):
     """Sum springs and wind of a range of rows."""
     for p in range(begin * sheet.nx, end * sheet.nx):
         write3(internal, p, sheet_pull(p % sheet.nx, p // sheet.nx, moment, sheet, particles))
 
 
-@wp.func_native(rows_text(AIR + STORE.replace("SUM", "0.0f"), WIND_BUFFERS))
+@wp.func_native(rows_text(AIR + PULLS.replace("SUM", "0.0f").replace("ENDED", KEEP), WIND_BUFFERS))
 def air_rows(begin: int, end: int, moment: int, sheet: Sheet, particles: Particles, internal: wp.array2d[float]):
     """Store what the wind does to a range of rows."""
     for p in range(begin * sheet.nx, end * sheet.nx):

@@ -103,7 +103,7 @@ def kit(real, vec, decay, glides):
         a = sample_pulls(setting, moment, wp.vec3d(wp.float64(x[0]), wp.float64(x[1]), wp.float64(x[2])))
         return vec(real(a[0]), real(a[1]), real(a[2]))
 
-    return Kit(real, vec, Body, Setting, formulas(real, vec, decay), glides, flow_at, acceleration_at)
+    return Kit(real, vec, Body, Setting, formulas(real, vec, decay)[:2], glides, flow_at, acceleration_at)
 
 
 def trace_kernel(kit, name: str, bits: int, feel, step):

@@ -55,23 +55,33 @@ def body_struct(real, vec):
 
 
 def formulas(real, vec, mean_decay):
-    """Make the two moves that every one-step method is made of in one precision."""
+    """Make the two moves that every one-step method is made of in one precision, then what a kick is made of."""
+
+    @wp.func(inline=True)
+    def felt_time(k: real, h: real) -> real:
+        """Return h φ(kh), how long an acceleration counts whose effect dies away with k [s]; h, to the bit, for k = 0."""
+        return h * mean_decay(k * h)
+
+    @wp.func(inline=True)
+    def push(v: vec, u: vec, a: vec, k: real, felt: real) -> vec:
+        """Return the velocity that an acceleration and the drag have made of v in a felt time [m/s]."""
+        return v + (a + (u - v) * k) * felt
 
     @wp.func(inline=True)
     def kick(v: vec, u: vec, a: vec, k: real, h: real) -> vec:
         """Return v + h φ(kh)(a + k(u − v)), exact for constant u and a, stable for any h.  Source: Hochbruck & Ostermann 2010, §2.1."""
-        return v + (a + (u - v) * k) * (h * mean_decay(k * h))
+        return push(v, u, a, k, felt_time(k, h))
 
     @wp.func(inline=True)
     def drift(x: vec, v: vec, h: real) -> vec:
         """Return x + h v."""
         return x + v * h
 
-    return kick, drift
+    return kick, drift, push, felt_time
 
 
 Body = body_struct(float, wp.vec3)
-kick, drift = formulas(float, wp.vec3, mean_decay)
+kick, drift, push, felt_time = formulas(float, wp.vec3, mean_decay)
 
 
 @wp.func(inline=True)

@@ -6,7 +6,7 @@ import pytest
 from tests.reference import cloth as twin
 from tests.reference import springs
 from tests.simulation.networks import network, simulate, state
-from warpsim import Simulation
+from warpsim import Simulation, UnstableError
 from warpsim.kernels.cloth import STEPS
 from warpsim.networks import network_of, spring_numbers
 from warpsim.systems.solvers.split import WHEN
@@ -90,3 +90,45 @@ def test_parts_and_plain_kernels_share_their_bits(size, monkeypatch):
         sim.run(0.1)
         hashes.add(sim.state_hash())
     assert len(hashes) == 1 and np.isfinite(state(sim)[0]).all()
+
+
+@pytest.mark.parametrize("size", [(2, 2), (7, 9), (64, 4), (65, 3), (256, 5), (3, 70)])
+@pytest.mark.parametrize("drag", [0.0, 1e-4])
+def test_a_substep_in_one_pass_has_the_bits_of_its_stages(size, drag, monkeypatch):
+    """On any number of cores, more than there are rows, too; the opening frame, moved pins and numbers that change on the way included."""
+    monkeypatch.setattr("warpsim.launch.PARALLEL_FROM", 0)
+    flow = [{"type": "uniform", "velocity": [1, 0, {"sine": {"amplitude": 4, "period": 0.1}}]}]
+    wide = [[0.2 * size[0], 0, 0], EDGES[1]] if size[0] > 200 else EDGES
+    motion = [{"displacement": [{"expression": "0.1*sin(9*t)"}, 0, 0]}]
+    keys = {
+        "pins": ["top"],
+        "pin_motion": motion,
+        "air": 1.0,
+        "drag": drag,
+        "gravity": GRAVITY,
+        "substeps": 3,
+        "prewarm": 0.05,
+        "edges": wide,
+    }
+    scene = network(**sheet(*size, **keys), more={"flow": flow})
+    hashes, stages = set(), set()
+    for native, threads in ((True, 1), (True, 2), (True, 3), (True, 5), (False, 1)):
+        sim = Simulation(scene, device="cpu", threads=threads, native=native)
+        sim.run(0.1)
+        sim.change("systems.s.structural.stiffness", 15.0)
+        sim.run(0.1)
+        hashes.add(sim.state_hash())
+        stages.add((native, "cloth" in {stage.name for stage in sim._graph.stages}))
+    assert len(hashes) == 1 and np.isfinite(state(sim)[0]).all()
+    assert stages == {(True, True), (False, False)}
+
+
+@pytest.mark.parametrize("native", [True, False])
+def test_a_sheet_that_leaves_the_world_is_found(native):
+    """Its lowest row falls from −1 m to the extent's −3 m: by ½ g t (t + h) with semi_implicit_euler; looked at when a frame ends."""
+    scene = network(**sheet(5, 5, gravity=(0, -9.81, 0), substeps=4), more={"limits": {"extent": 3.0}})
+    sim = Simulation(scene, device="cpu", threads=1, native=native)
+    with pytest.raises(UnstableError) as error:
+        sim.run(2.0)
+    before, then = (4.905 * t * (t + 1 / 240) for t in ((error.value.index - 1) / 60, error.value.index / 60))
+    assert before < 2.0 < then and error.value.last_good.index == error.value.index - 1

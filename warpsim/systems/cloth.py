@@ -6,12 +6,14 @@ import numpy as np
 import warp as wp
 
 from warpsim.environment import Environment, Surroundings
-from warpsim.kernels import cloth, cloth_loops, tearing
+from warpsim.kernels import cloth, cloth_loops, cloth_strides, tearing
+from warpsim.kernels.cloth_loops import MOST_COLUMNS
 from warpsim.launch import Stage
 from warpsim.networks import network_of
 from warpsim.scene import Scene
 from warpsim.scene.particles import Drag
 from warpsim.systems.networks import NetworkSystem
+from warpsim.systems.pairs import substep_of
 
 
 class Cloth(NetworkSystem):
@@ -74,6 +76,19 @@ class Cloth(NetworkSystem):
             return
         inputs = (moment, self.sheet, self.particles, self.internal)
         yield Stage("air", cloth.accumulate_air, self.population.capacity, inputs, cloth_loops.accumulate_air)
+
+    def stride(self, s: int) -> list[Stage]:
+        """Return a substep of semi_implicit_euler in one pass over the rows, where nothing comes between springs and motion."""
+        felt = self.surroundings
+        alone = not (self.parts or self.resolves or felt.has_colliders or felt.flow.shape[1] or felt.forces.shape[1])
+        apart = self.network is not None or self.spec.resolution[0] > MOST_COLUMNS
+        if not self.native or self.spec.solver != "semi_implicit_euler" or not alone or apart:
+            return []
+        pace, counters, count = substep_of(self.pace, s), self.population.counters, self.population.capacity
+        inputs = (pace, self.clock, felt.row, self.sheet, self.particles, self.internal, counters)
+        held = (pace, self.clock, self._pins, felt.row, self.sheet, self.internal, self.particles, counters)
+        move, hold = cloth_strides.advance_cloth, cloth_strides.project_cloth
+        return [Stage("cloth", move, count, inputs, move), Stage("pins", hold, count, held, hold)]
 
     def _torn_air(self, moment: int) -> Stage:
         """Return the stage that adds what the wind does to a sheet that may be torn."""

@@ -46,6 +46,9 @@ class Split(NetworkSolver):
         """Yield the stages of all substeps; the two half kicks that meet between substeps are one."""
         when, count, dt = self._when, self.system.pace.substep_count, self.system.pace.dt
         for s in range(count):
+            if stride := self.system.stride(s):
+                yield from stride
+                continue
             if when == WITHIN or (when == HALVES and s == 0):
                 yield from self.system.forces(2 * s)
             if when == HALVES and s == 0:
