@@ -140,6 +140,7 @@ def bytes_held(*things) -> int:
 
 
 SHEET = {"type": "cloth", "resolution": [100, 100], "edges": [[1, 0, 0], [0, 1, 0]]}
+GRID = {"type": "grid", "resolution": [90, 90], "edges": [[1, 0, 0], [0, 1, 0]]}
 SHEET |= {kind: {"stiffness": 1.0} for kind in ("structural", "shear", "bend")}
 
 
@@ -151,7 +152,8 @@ SHEET |= {kind: {"stiffness": 1.0} for kind in ("structural", "shear", "bend")}
         SHEET | {"solver": "xpbd"},
         {"generator": {"type": "chain", "count": 9000, "start": [0, 0, 0], "end": [9, 0, 0]}, "stiffness": 1.0},
         {"generator": {"type": "block", "resolution": [20, 20, 20], "size": [1, 1, 1]}, "stiffness": 1.0},
-        {"generator": {"type": "grid", "resolution": [90, 90], "edges": [[1, 0, 0], [0, 1, 0]]}, "stiffness": 1.0, "tear": 0.5},
+        {"generator": GRID, "stiffness": 1.0, "tear": 0.5},
+        {"generator": GRID, "stiffness": 1.0, "look": {"trail": {"duration": 0.2}}},
     ],
 )
 def test_the_arrays_of_networks_are_counted(keys):

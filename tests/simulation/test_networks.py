@@ -5,7 +5,6 @@ import pytest
 
 from tests.simulation.networks import network, simulate, state, tangle
 from warpsim import SceneError, Simulation, UnstableError
-from warpsim.memory import BYTES_PER_PRIMITIVE, estimate_memory
 from warpsim.networks import network_of, spring_numbers
 from warpsim.observers.recorder import Recorder, save_frame
 from warpsim.replay import NoRun, Recording
@@ -135,21 +134,6 @@ def test_changes_act_in_place_and_seeking_back_repeats_them():
     for path, value in (("systems.s.generator.count", 3), ("systems.s.pins", [0, 1, 2])):
         with pytest.raises((ValueError, SceneError)):
             sim.change(path, value)
-
-
-@pytest.mark.parametrize("trail", [None, {"duration": 0.2}])
-def test_memory_is_what_is_estimated(trail):
-    """Slab, flags, kept states, internal acceleration and springs; the tables and blocks of 64 aside."""
-    scene = network(
-        generator={"type": "grid", "resolution": [64, 64], "edges": [[1, 0, 0], [0, 1, 0]]}, stiffness=1.0, look={"trail": trail}
-    )
-    sim = Simulation(scene, device="cpu")
-    system = sim.systems["s"]
-    arrays = [system.internal] + [
-        getattr(system.network, name) for name in ("begin", "neighbor", "rest", "stiffness", "damping", "inverse_mass")
-    ]
-    taken = 3 * (system.population.slab.size * 4) + sum(array.size * 4 for array in arrays) + system.population.alive.size * 4
-    assert taken <= estimate_memory(scene) <= 2 * taken + 9 * BYTES_PER_PRIMITIVE
 
 
 def test_a_run_folder_holds_the_network_and_gives_it_back(tmp_path):
