@@ -59,7 +59,7 @@ def formulas(real, vec, mean_decay):
 
     @wp.func(inline=True)
     def felt_time(k: real, h: real) -> real:
-        """Return h φ(kh), how long an acceleration counts whose effect dies away with k [s]; h, to the bit, for k = 0."""
+        """Return h φ(kh), how long an acceleration counts whose effect dies away with k [s]; h, to the bit, without drag."""
         return h * mean_decay(k * h)
 
     @wp.func(inline=True)
