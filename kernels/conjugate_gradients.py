@@ -12,7 +12,7 @@ import warp as wp
 from warpsim.kernels.implicit import System, Weave, read_factor, scale_back, scale_down
 from warpsim.kernels.planar import read3, write3
 from warpsim.kernels.points import started
-from warpsim.kernels.rigid_groups import RigidGroups, lift_at
+from warpsim.kernels.rigid_groups import RigidGroups, lift_at, solve_groups
 from warpsim.kernels.springs import SLICE
 
 LANES = wp.constant(8)
@@ -28,7 +28,6 @@ class Search:
     goal: wp.array[wp.float64]  # (1): γ at which the search ends
     whole: wp.array[wp.float64]  # (1): γ of no change
     square: wp.array[wp.float64]  # (1): γ
-    gain: wp.array[wp.float64]  # (1): the groups' part of it
     along: wp.array[float]  # (1): α
     turn: wp.array[float]  # (1): β; 0 begins anew
     going: wp.array[int]  # (1): 1 while the search goes on
@@ -70,9 +69,9 @@ def total_of(partial: wp.array2d[wp.float64], row: int) -> wp.float64:
 
 
 @wp.kernel(enable_backward=False)
-def begin_search(first: int, substep: int, clock: wp.array[wp.int64], opening: int, search_inout: Search):
+def begin_search(first: int, substep: int, clock: wp.array[wp.int64], opening: int, groups_inout: RigidGroups, search_inout: Search):
     """One thread. Set the goal and the way along the guess; substep 0 begins to count the frame anew."""
-    whole = total_of(search_inout.partial, SQUARE) + search_inout.gain[0]
+    whole = total_of(search_inout.partial, SQUARE) + solve_groups(groups_inout)
     curvature = total_of(search_inout.partial, CURVATURE)
     tolerance = search_inout.tolerance[0]
     search_inout.whole[0] = whole
@@ -114,12 +113,12 @@ def step_along(first: int, search: Search, reach: int, system_inout: System):
 
 
 @wp.kernel(enable_backward=False)
-def choose_turn(first: int, search_inout: Search):
-    """One thread. Store β = γ'/γ, 0 after the guess, and whether to go on; at the end, count."""
+def choose_turn(first: int, groups_inout: RigidGroups, search_inout: Search):
+    """One thread. Store how the groups should move, β = γ'/γ, 0 after the guess, and whether to go on; at the end, count."""
     search_inout.turn[0] = 0.0
     if search_inout.going[0] == 0:
         return
-    square = total_of(search_inout.partial, SQUARE) + search_inout.gain[0]
+    square = total_of(search_inout.partial, SQUARE) + solve_groups(groups_inout)
     iteration = search_inout.iteration[0] + 1
     stuck = iteration > 0 and not search_inout.along[0] > 0.0
     converged = square <= search_inout.goal[0]

@@ -36,7 +36,6 @@ class RigidGroups:
     load: wp.array2d[wp.float64]  # (6, chunks): Zᵀ r, part by part
     solution: wp.array[wp.float64]  # (6 groups): E⁻¹ Zᵀ r
     lift: wp.array2d[float]  # (6, groups): the same, for the points
-    gain: wp.array[wp.float64]  # (1): rᵀ Z E⁻¹ Zᵀ r
 
 
 @wp.kernel(enable_backward=False)
@@ -241,9 +240,9 @@ def load_groups(first: int, free: wp.array[float], residual: wp.array2d[float], 
     load_chunk(first + wp.tid(), free, residual, groups_inout)
 
 
-@wp.kernel(enable_backward=False)
-def solve_groups(first: int, groups_inout: RigidGroups):
-    """One thread. Store E⁻¹ Zᵀ r and, as what it adds to γ, |L⁻¹ Zᵀ r|²."""
+@wp.func
+def solve_groups(groups_inout: RigidGroups) -> wp.float64:
+    """Store E⁻¹ Zᵀ r and return what it adds to γ, |L⁻¹ Zᵀ r|²."""
     n = groups_inout.matrix.shape[0]
     for g in range(groups_inout.center.shape[0]):
         for k in range(6):
@@ -260,7 +259,6 @@ def solve_groups(first: int, groups_inout: RigidGroups):
         gain = gain + y * y
         for i in range(k + 1, n):
             groups_inout.solution[i] = groups_inout.solution[i] - groups_inout.matrix[i, k] * y
-    groups_inout.gain[0] = gain
     for turn in range(n):
         k = n - 1 - turn
         y = wp.float64(0.0)
@@ -270,6 +268,7 @@ def solve_groups(first: int, groups_inout: RigidGroups):
         groups_inout.lift[k % 6, k // 6] = float(y)
         for i in range(k):
             groups_inout.solution[i] = groups_inout.solution[i] - groups_inout.matrix[k, i] * y
+    return gain
 
 
 @wp.func(inline=True)

@@ -21,8 +21,8 @@ from warpsim.systems.parts import PARTS
 from warpsim.systems.solvers import SOLVERS
 
 # Of one substep, in particles that move alone, 9.4 ns a frame (docs/adr/0003-native-loops.md): a point's motion 1.9 ns, a spring 0.4 ns in
-# a sheet to 1 ns in lists, and 4 us for the two meetings of cores that a second core must make up for.
-POINT_WORK, SPRING_WORK, MEETINGS = 0.2, 0.07, 425
+# a sheet to 1 ns in lists, and 2 us for each meeting of cores that a second core must make up for.
+POINT_WORK, SPRING_WORK, MEETING = 0.2, 0.07, 212
 
 
 class NetworkSystem(LastingSystem):
@@ -205,7 +205,7 @@ class NetworkSystem(LastingSystem):
     @property
     def load(self) -> int:
         """How many particles that move alone are about as much work; meetings of cores, which take time without doing any, off it."""
-        work = POINT_WORK * len(self.net.points) + SPRING_WORK * len(self.net.springs) - MEETINGS
+        work = POINT_WORK * len(self.net.points) + SPRING_WORK * len(self.net.springs) - MEETING * self.solver.meetings
         return max(0, round(self.pace.substep_count * self.solver.evaluations * work))
 
     @property

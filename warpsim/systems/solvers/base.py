@@ -21,7 +21,10 @@ class NetworkSolver(ABC):
     """Whether it asks for forces, and for pins that move, between the beginning and the end of a substep."""
 
     evaluations = 1
-    """How often per substep it asks for forces."""
+    """How often per substep it asks for forces, or does about as much work."""
+
+    meetings = 2
+    """How often the cores meet for it."""
 
     @classmethod
     def fields(cls, spec) -> dict[str, Field]:

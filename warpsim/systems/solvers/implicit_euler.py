@@ -31,6 +31,9 @@ NUMBERS = {  # of a search, one of each
 class ImplicitEuler(NetworkSolver):
     """Backward Euler of the springs, linear in the substep; gravity, drag, wind and parts act before, by the particles' own formulas."""
 
+    evaluations = 30  # iterations, as a rule
+    meetings = 6
+
     def __init__(self, system):
         super().__init__(system)
         device, capacity = system.population.device, system.population.capacity
@@ -49,7 +52,6 @@ class ImplicitEuler(NetworkSolver):
         self._linear.direction = wp.zeros((3, capacity + 2 * layout.reach), dtype=float, device=device)
         self._groups = self._grouped(layout)
         self._search = gradients.Search()
-        self._search.gain = self._groups.gain
         self._search.most = system.spec.iterations or ITERATIONS
         self._search.partial = wp.zeros((4, capacity // SLICE), dtype=wp.float64, device=device)
         for dtype, names in NUMBERS.items():
@@ -74,7 +76,7 @@ class ImplicitEuler(NetworkSolver):
         groups.offset = wp.zeros((3, len(group)), dtype=float, device=device)
         groups.lift = wp.zeros((6, count), dtype=float, device=device)
         shapes = {"moment": (10, chunks), "joint": (pairs, 3, 36), "matrix": (6 * count, 6 * count), "load": (6, chunks)}
-        for name, shape in (shapes | {"solution": 6 * count, "gain": 1}).items():
+        for name, shape in (shapes | {"solution": 6 * count}).items():
             setattr(groups, name, wp.zeros(shape, dtype=wp.float64, device=device))
         return groups
 
@@ -110,7 +112,7 @@ class ImplicitEuler(NetworkSolver):
         yield from self._measure()
         yield self._dot(gradients.GUESS, linear.direction, linear.residual)
         yield from self._multiply()
-        yield Stage("search", gradients.begin_search, 1, (s, system.clock, system.opening, search))
+        yield Stage("search", gradients.begin_search, 1, (s, system.clock, system.opening, self._groups, search))
         yield from self._turn()
         body = (*self._multiply(), Stage("search", gradients.choose_length, 1, (search,)), *self._turn())
         yield Stage("solve", body=body, condition=search.going, most=search.most)
@@ -125,32 +127,33 @@ class ImplicitEuler(NetworkSolver):
         """Return the stage that sums a·c by blocks; only the direction has columns before the first point."""
         shift = self._weave.reach if a is self._linear.direction else 0
         inputs = (int(row), a, shift, c, self._search.partial)
-        return Stage("search", gradients.accumulate_blocks, self._search.partial.shape[1], inputs, implicit_loops.accumulate_blocks)
+        return Stage(
+            "search", gradients.accumulate_blocks, self._search.partial.shape[1], inputs, implicit_loops.accumulate_blocks, own=True
+        )
 
     def _multiply(self) -> Iterator[Stage]:
         """Yield the stages that multiply the direction by the matrix, and say how much that bends."""
         linear = self._linear
         inputs = (self._weave, self.system.particles.mass, linear.direction, linear.image)
-        yield Stage("multiply", implicit.multiply_direction, linear.image.shape[1], inputs, implicit_loops.multiply_direction)
+        yield Stage("multiply", implicit.multiply_direction, linear.image.shape[1], inputs, implicit_loops.multiply_direction, own=True)
         yield self._dot(gradients.CURVATURE, linear.direction, linear.image)
 
     def _turn(self) -> Iterator[Stage]:
         """Yield the stages that go along the direction, decide what is left to do, and turn."""
         linear, capacity = self._linear, self._linear.image.shape[1]
         inputs = (self._search, self._weave.reach, linear)
-        yield Stage("search", gradients.step_along, capacity, inputs, implicit_loops.step_along)
+        yield Stage("search", gradients.step_along, capacity, inputs, implicit_loops.step_along, own=True)
         yield from self._measure()
-        yield Stage("search", gradients.choose_turn, 1, (self._search,))
+        yield Stage("search", gradients.choose_turn, 1, (self._groups, self._search))
         inputs = (self._search, self._weave, self._groups, linear)
         yield Stage("search", gradients.turn_direction, capacity, inputs, implicit_loops.turn_direction)
 
     def _measure(self) -> Iterator[Stage]:
-        """Yield the stages that measure the residual: by points, and by groups, which also find how these should move."""
+        """Yield the stages that measure the residual: by points, and by groups."""
         linear, groups = self._linear, self._groups
         yield self._dot(gradients.SQUARE, linear.scaled, linear.scaled)
         inputs = (self._weave.free, linear.residual, groups)
         yield Stage("groups", rigid_groups.load_groups, groups.load.shape[1], inputs, implicit_loops.load_groups)
-        yield Stage("groups", rigid_groups.solve_groups, 1, (groups,))
 
     @property
     def state(self) -> dict[str, wp.array]:
