@@ -36,9 +36,20 @@ OWN = sorted(path.stem for path in FOLDER.glob("[!_]*.py") if has_kernel(path) a
 def test_kernel_module_compiles_for_cuda(name, tmp_path):
     import warp as wp
 
-    module = importlib.import_module(f"warpsim.kernels.{name}")
-    built = wp.compile_aot_module(module, arch=[80, 90], module_dir=tmp_path, use_ptx=True)
-    assert len(built) == 2 and all(path.stat().st_size for path in built), built
+    kernels = [value for value in vars(importlib.import_module(f"warpsim.kernels.{name}")).values() if isinstance(value, wp.Kernel)]
+    for module in {kernel.module.name: kernel.module for kernel in kernels}.values():  # some have modules of their own
+        built = wp.compile_aot_module(module, arch=[80, 90], module_dir=tmp_path, use_ptx=True)
+        assert len(built) == 2 and all(path.stat().st_size for path in built), built
+
+
+@pytest.mark.parametrize("stage", ["stage_3", "start_4", "predict_4", "foresee_2", "correct_4"])
+def test_stages_of_networks_compile_for_cuda(stage, tmp_path):
+    import warp as wp
+
+    from warpsim.kernels.staged import STAGES
+
+    (built,) = wp.compile_aot_module(STAGES[stage].module, arch=[90], module_dir=tmp_path, use_ptx=True)
+    assert built.stat().st_size
 
 
 @pytest.mark.parametrize(("family", "method"), [(family, method) for family, methods in FAMILIES.items() for method in methods])
