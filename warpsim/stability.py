@@ -174,7 +174,7 @@ def network_loads(spec, net: Net) -> Loads:
     least = min([least, *(resisting[hinges > 0.0] / hinges[hinges > 0.0])])
     strong = bound(net, stiffness, rest, mass, held) + float(16.0 * hinges.sum() / mass.max())
     damped = bound(net, damping, None, mass, held) + float(16.0 * resisting.sum() / mass.max())
-    water = water_rate(getattr(spec, "water", 0.0), net, np.where(held, 0.0, 1.0 / mass))
+    water = water_rate(getattr(spec, "water", None) or 0.0, net, np.where(held, 0.0, 1.0 / mass))
     if spec.solver in STAGED or spec.solver == "euler":
         air, water = air + water, 0.0
     between = (float(drag.min(initial=np.inf)), float(drag.max())) if drag.size else (0.0, 0.0)

@@ -8,6 +8,7 @@ import pytest
 from tests.reference.muscles import forced
 from tests.simulation.networks import simulate, state
 from warpsim import Scene, Simulation, load_scene
+from warpsim.changes import FixedField
 from warpsim.systems.solvers import SOLVERS
 
 BALL = {"type": "body", "head": [0.5, 0, 0], "tail": [-0.5, 0, 0]}
@@ -166,3 +167,27 @@ def test_an_idle_fish_is_carried_away():
     sim = Simulation(Scene.model_validate({"name": "idle", **keys}), device="cpu")
     sim.run(6.0)
     assert state(sim, "steady")[1].mean(axis=0) == pytest.approx([-0.3227, 0, 0], rel=0.02, abs=1e-4)
+
+
+def test_muscles_and_water_are_changed_while_they_run():
+    """Each number as if it had been so from the start of the frame; what the network is made of stays."""
+    body = {"type": "body", "head": [1, 0, 0], "tail": [0, 0, 0]}
+    body["sections"] = [{"at": k / 4, "width": 0.2, "height": 0.2} for k in range(5)]
+    muscle = {"chain": "left_top", "part": [0, 0.9], "wave": {"amplitude": 0.1, "period": 0.5, "wavelength": 1.0}}
+    keys = {"generator": body, "mass": 0.1, "stiffness": 200.0, "substeps": 16}
+    first = simulate(**keys, muscles=[muscle], water=5.0)
+    for path, value in (
+        ("water", "80"),
+        ("muscles.0.wave.amplitude", "0.3"),
+        ("muscles.0.activation", "0.5"),
+        ("muscles.0.wave.period", "0.3"),
+    ):
+        first.change(f"systems.s.{path}", value)
+    muscle["wave"] |= {"amplitude": 0.3, "period": 0.3}
+    second = simulate(**keys, muscles=[muscle | {"activation": 0.5}], water=80.0)
+    for sim in (first, second):
+        sim.run(0.5)
+    assert first.state_hash() == second.state_hash()
+    for path in ("muscles.0.part.1", "generator.sections.0.width", "muscles.0.chain"):
+        with pytest.raises(FixedField):
+            first.change(f"systems.s.{path}", "0.5" if path[-1] != "n" else "right_top")

@@ -119,6 +119,22 @@ systems:
     mass: [1, 0.5, 1]
     stiffness: [10, 20]
     pins: [0]
+  eel:
+    type: springs
+    generator:
+      type: body
+      head: [1, 1, 0]
+      tail: [0, 1, 0.1]
+      up: [0, 1, 0.2]
+      sections: [{at: 0}, {at: 0.3, width: 0.1, height: 0.2}, {at: 0.7, width: 0.1, height: 0.1}, {at: 1, height: 0.2}]
+    stiffness: 50
+    water: 3
+    chains: {keel: [0, 3, 7]}
+    muscles:
+      - {chain: left_top, part: [0, 0.9], wave: {amplitude: [0.1, -0.2], period: 2, wavelength: 1.5, phase: 0.3}, activation: 0.5}
+      - {chain: [keel, right_top], rest: {sine: {mean: 1, amplitude: 0.1, period: 1}}}
+      - {springs: rings, wave: {amplitude: 0.1, period: 1, wavelength: 2, direction: [1, 0, 0]}}
+    grip: {chain: [left_bottom, keel], forward: 0.2, backward: 1.5, sideways: 0.9}
 camera: {eye: [4, 2, 6], target: [0, 1, 0], field_of_view: 45}
 verify:
   - {name: round, type: circulation, center: [0, 0, 0], axis: [0, 1, 0], radius: 0.5, at: 2, expect: 3, tolerance: 1e-5, reason: rounding}

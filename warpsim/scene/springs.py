@@ -146,9 +146,9 @@ class Springs(Network):
     triangles: tuple[tuple[Index, Index, Index], ...] = Field(
         (), max_length=200_000, description="Its surface: triples of points, counterclockwise from outside [1]."
     )
-    water: Annotated[Number, Field(ge=0.0, le=1e12)] = Field(
-        0.0,
-        description="Resistance of the flow to what of the surface moves into it, F = -water A max(0, (v - u) n) n [kg/(m^2 s)].",
+    water: Annotated[Number, Field(ge=0.0, le=1e12)] | None = Field(
+        None,
+        description="Resistance of the flow to what of the surface moves into it, F = -water A ((v - u) n) n; absent: none [kg/(m^2 s)].",
     )
     chains: dict[Name, Line] = Field(
         {}, description="Points in a row, by name, each joined to the next by a spring: for muscles and grip [1]."
@@ -185,7 +185,7 @@ class Springs(Network):
         strange = [mistake for path, pins in where for mistake in pin_mistakes(path, pins, self.generator, self.point_count)]
         found += strange or motion_mistakes(self)
         found += body_mistakes(self) + strain_mistakes(self)
-        if self.water and not self.has_surface:
+        if self.water is not None and not self.has_surface:
             message = "the flow resists triangles, and there are none: triangles names them, or a generator with a surface makes them"
             found.append(Mistake(("water",), message, ("water", "triangles", "generator")))
         if found:

@@ -29,8 +29,8 @@ class Water:
 
     @classmethod
     def wanted(cls, spec) -> bool:
-        """Return whether a network lies in a fluid; a resistance of 0 that was given may be changed later."""
-        return spec.has_surface and "water" in spec.model_fields_set
+        """Return whether a network lies in a fluid; this may not change while it runs."""
+        return spec.water is not None
 
     def stages(self) -> Iterator[Stage]:
         """Yield the stages that fill the table of the flow for the frame under way."""
