@@ -84,6 +84,8 @@ MUTATIONS = (
     Mutation("water", "kernels/facets.py", "s * (-c * into", "s * (-1.01 * c * into", {"fish": "still_there"}),
     Mutation("wave", "kernels/muscles.py", "wave = amplitude * sin64(", "wave = wp.float64(1.01) * amplitude * sin64(",
              {"fish": "still_there", "worm": "crawl", "breathing": "breath"}),
+    Mutation("grip", "kernels/response.py", "* share + grip[2] * (1.0 - share)", "* share * 1.01 + grip[2] * (1.0 - share) * 1.01",
+             {"grip": "down across"}),
     Mutation("muscle", "kernels/muscles.py", "+ a * (p - wp.float64(1.0) + wave)", "+ a * (p - wp.float64(1.0) + wave) * wp.float64(1.01)",
              {"muscles": "soft resonant stiff", "fish": "still_there"}),
     Mutation("follow", "kernels/exponential.py", "x + (n0 + n1 * real(0.5)", "x + (n0 + n1 * real(0.505)",
