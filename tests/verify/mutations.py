@@ -130,7 +130,10 @@ MUTATIONS = (
     Mutation("box", BIRTH, "wp.cw_mul(h, wp.vec3(x, y, z))", "wp.cw_mul(h * 1.01, wp.vec3(x, y, z))", {"emitter_shapes": "box faces"}),
     Mutation("mesh_surface", BIRTH, "emitter.turn * on_surface(", "emitter.turn * 1.01 * on_surface(", {"mesh_emitter": "skin"}),
     Mutation("mesh_volume", BIRTH, "emitter.turn * in_volume(", "emitter.turn * 1.01 * in_volume(", {"mesh_emitter": "inside"}),
-    Mutation("round", "kernels/clearance.py", "gap.g = length - c.radius", "gap.g = length - 1.01 * c.radius", {"drape": "top"}),
+    Mutation("round", "kernels/clearance.py", "gap.g = length - c.radius", "gap.g = length - 1.01 * c.radius", {"drape": "top surfaces"}),
+    Mutation("layers", "warpsim/systems/parts/self_collision.py", "= d, d / CORE, reach", "= 1.01 * d, d / CORE, reach",
+             {"fold": "second_layer"}),
+    Mutation("box_collider", "kernels/clearance.py", "y = wp.abs(q[1]) - half[1]", "y = wp.abs(q[1]) - 1.01 * half[1]", {"tablecloth": "edges"}),
     Mutation("air", "kernels/cloth.py", "area * (g * wp.dot", "area * (1.01 * g * wp.dot",
              {"cloth": "drift", "flags": "corner", "flutter": "corner"}),
 )  # fmt: skip
