@@ -133,7 +133,8 @@ MUTATIONS = (
     Mutation("round", "kernels/clearance.py", "gap.g = length - c.radius", "gap.g = length - 1.01 * c.radius", {"drape": "top surfaces"}),
     Mutation("layers", "warpsim/systems/parts/self_collision.py", "= d, d / CORE, reach", "= 1.01 * d, d / CORE, reach",
              {"fold": "second_layer"}),
-    Mutation("box_collider", "kernels/clearance.py", "y = wp.abs(q[1]) - half[1]", "y = wp.abs(q[1]) - 1.01 * half[1]", {"tablecloth": "edges"}),
+    Mutation("box_collider", "kernels/clearance.py", "y = wp.abs(q[1]) - half[1]", "y = wp.abs(q[1]) - 1.01 * half[1]",
+             {"tablecloth": "edges"}),
     Mutation("air", "kernels/cloth.py", "area * (g * wp.dot", "area * (1.01 * g * wp.dot",
              {"cloth": "drift", "flags": "corner", "flutter": "corner"}),
 )  # fmt: skip
