@@ -48,11 +48,6 @@ class Staged(NetworkSolver):
         """Return k itself for every moment: the air is one more force, for a method of any order to integrate."""
         return np.tile([k, 0.0], (2 * self.system.pace.substep_count + 1, 1))
 
-    def change(self) -> None:
-        """Forget the past: it is that of another equation."""
-        if self._order > 1:
-            self.system.population.field("history_count").zero_()
-
     def stages(self) -> Iterator[Stage]:
         """Yield the stages of all substeps."""
         self._work.start = self.system.start
