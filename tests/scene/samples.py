@@ -133,7 +133,7 @@ systems:
     muscles:
       - {chain: left_top, part: [0, 0.9], wave: {amplitude: [0.1, -0.2], period: 2, wavelength: 1.5, phase: 0.3}, activation: 0.5}
       - {chain: [keel, right_top], rest: {sine: {mean: 1, amplitude: 0.1, period: 1}}}
-      - {springs: rings, wave: {amplitude: 0.1, period: 1, wavelength: 2, direction: [1, 0, 0]}}
+      - {springs: rings, wave: {amplitude: 0.1, period: 1, wavelength: 2, direction: [-1, 0, 0.5]}}
     grip: {chain: [left_bottom, keel], forward: 0.2, backward: 1.5, sideways: 0.9}
 camera: {eye: [4, 2, 6], target: [0, 1, 0], field_of_view: 45}
 verify:
