@@ -235,3 +235,21 @@ def test_a_hub_with_many_spokes_is_one_run_of_colors():
     sim.run(0.5)
     x, _ = state(sim)
     assert np.abs(x[0]).max() < 0.01 and np.linalg.norm(x[1:] - x[0], axis=1) == pytest.approx(np.full(3000, 0.9), abs=0.05)
+
+
+@pytest.mark.parametrize("strained", [{"strain_limit": 0.2}, {"tear": 0.15}])
+def test_all_parts_at_once_share_their_bits(strained, monkeypatch):
+    """Hinges, a strain limit or tearing, layers that meet, a collider and wind, by one core and more, natively and plainly."""
+    monkeypatch.setattr("warpsim.launch.PARALLEL_FROM", 0)
+    more = {
+        "flow": [{"type": "uniform", "velocity": [0, {"sine": {"amplitude": 9, "period": 0.1}}, 3]}],
+        "colliders": [{"type": "sphere", "center": [0.7, -0.4, 0.1], "radius": 0.3}],
+    }
+    keys = {
+        "edges": [[1.4, 0, 0], [0, -1.0, 0]],
+        "bending": {"stiffness": 1e-4, "damping": 1e-6},
+        "self_collision": True,
+    }
+    pull = [{"pins": ["right"], "keyframes": [[0, [0, 0, 0]], [0.2, [-0.9, 0, 0]], [0.4, [2, 0, 0]]]}]
+    keys |= {"pins": ["left", "right"], "pin_motion": pull, "air": 1.0, "gravity": GRAVITY, "substeps": 4} | strained
+    assert len(hashes_of(network(**sheet(24, 17, **keys), more=more), 0.4)) == 1
