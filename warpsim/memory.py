@@ -110,6 +110,8 @@ def network_memory(system: Network) -> int:
     state += 12 * (order - 1) + 4 if order else 0
     per_point, per_spring = SOLVER_BYTES.get(system.solver, (0, 0))
     listed = system.type == "springs" or system.tear is not None
+    if system.solver == "xpbd" and not listed:  # a sheet needs no list, but where it goes over its springs again it keeps their pulls
+        per_point, per_spring = per_point + 48 * ((system.iterations or 1) > 1), 0
     per_spring += BYTES_PER_SPRING + BYTES_PER_LISTED * listed + (0 if system.tear is None else BYTES_PER_BREAKABLE)
     per_spring += 0 if system.strain_limit is None else BYTES_PER_LIMITED
     return 4 * points * state + points * (BYTES_PER_POINT + per_point) + springs * per_spring  # also the state to start anew from
