@@ -77,6 +77,8 @@ MUTATIONS = (
     Mutation("damping", "kernels/springs.py", "+ c * wp.dot(n, vj - vi)", "+ 1.01 * c * wp.dot(n, vj - vi)", {"springs": "decay"}),
     Mutation("rest_length", "kernels/springs.py", "(d2 * inverse - r)", "(d2 * inverse - 1.01 * r)",
              {"springs": "weight", "chain": "catenary"}),
+    Mutation("implicit_stiffness", "kernels/implicit.py", "hhk = wp.min(h * h * k", "hhk = wp.min(1.01 * h * h * k", {"stiff": "bob"}),
+    Mutation("implicit_damping", "kernels/implicit.py", "wp.min(h * c", "wp.min(1.01 * h * c", {"stiff": "bob"}),
     Mutation("projection", "kernels/xpbd.py", "- multiplier) / (1.0 + kappa * w)", "- multiplier) / (1.0 + 1.01 * kappa * w)",
              {"ropes": "rubber hemp wire beyond"}),
     Mutation("response", "kernels/xpbd.py", "inverse_mass[i] * mean_decay(k * h)", "1.01 * inverse_mass[i] * mean_decay(k * h)",
