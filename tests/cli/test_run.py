@@ -73,6 +73,28 @@ def test_a_tolerance_that_is_not_kept_is_told_once_and_counted(tmp_path):
     assert sparks["inexact"] > 0 and 1.0 < sparks["substeps"] <= 2.0
 
 
+def test_a_strain_that_cannot_be_limited_is_told_once_and_counted(tmp_path):
+    """A thread whose ends are drawn apart to twice its length: the run goes on; drawn apart by a twentieth there is nothing to tell."""
+    text = """\
+name: Thread
+time: {fps: 60, substeps: 8, duration: 0.5}
+systems:
+  sparks:
+    type: springs
+    generator: {type: chain, count: 5, start: [0, 0, 0], end: [1, 0, 0]}
+    stiffness: 5
+    strain_limit: 0.1
+    pins: [start, end]
+    pin_motion: [{pins: [end], keyframes: [[0, [0, 0, 0]], [0.4, [1, 0, 0]]]}]
+"""
+    (tmp_path / "sparks.yaml").write_text(text)
+    told = run(tmp_path)
+    assert told.returncode == 0 and told.stdout.count("longer than strain_limit allows") == 1, told.stderr
+    assert result_of(tmp_path)["systems"]["sparks"]["overlong"] > 0
+    (tmp_path / "sparks.yaml").write_text(text.replace("[0.4, [1, 0, 0]]", "[0.4, [0.05, 0, 0]]"))
+    assert "strain_limit" not in run(tmp_path).stdout and result_of(tmp_path)["systems"]["sparks"]["overlong"] == 0
+
+
 def test_run_folder(folder):
     assert run(folder, "--frames", 12, "--out", "r").returncode == 0
     entries = [json.loads(line) for line in (folder / "r" / "frames.jsonl").read_text().splitlines()]

@@ -40,7 +40,7 @@ GRID = HEAD + "    generator: {type: grid, resolution: [3, 4], edges: [[1, 0, 0]
             None,
         ),
         (PAIR + "    coupling: tracer\n", 8, "alpha", None),
-        (PAIR + "    solver: rk4\n", 8, "verlet", None),
+        (PAIR + "    solver: rk5\n", 8, "verlet", "rk4"),
         (PAIR + "    solver: xpbd\n    iterations: 101\n", 9, "at most 100 passes per substep", None),
         (PAIR + "    solver: xpbd\n    tolerance: 0.1\n", 9, "tolerance is for implicit_euler, not xpbd", None),
         (PAIR + "    iterations: 2\n", 8, "iterations is for implicit_euler and xpbd", None),
