@@ -155,6 +155,7 @@ class Particles:
     history: wp.array2d[float]  # (3 per past value, capacity) drive of a multistep method, latest first; no rows: it needs none
     history_count: wp.array[int]  # how many of them there are
     level: wp.array[int]  # of one that chooses its substeps, log₂ of how many it takes per frame
+    neighbors: wp.array[int]  # of a boid: how many others it saw
     internal: wp.array2d[float]  # (3, capacity) acceleration by the neighbors [m/s²]; not a field, made anew each substep
     contact: wp.array[int]  # number of the collider it sticks to, plus 1; 0: free
     impact: wp.array2d[float]  # (10, capacity) of the frame's first impact: place [m], velocity before [m/s], normal, time since [s]

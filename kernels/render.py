@@ -7,8 +7,11 @@ from warpsim.kernels.emission import Particles
 from warpsim.kernels.lifetime import age_at
 from warpsim.kernels.planar import read3
 
-LIFE, SPEED, AGE, HEIGHT, MASS, RADIUS = range(6)
+LIFE, SPEED, AGE, HEIGHT, MASS, RADIUS, HEADING, NEIGHBORS = range(8)
 QUANTITIES = {"life": LIFE, "speed": SPEED, "age": AGE, "height": HEIGHT, "mass": MASS, "radius": RADIUS}  # what a color may show
+QUANTITIES |= {"heading": HEADING, "neighbors": NEIGHBORS}  # of a flock
+DEGREES = wp.constant(57.29577951308232)  # per radian
+WEIGHT = wp.constant(9.81)  # [m/s²]: a body banks so that its turn and this pull straight down on it
 
 
 @wp.struct
@@ -52,6 +55,11 @@ def sample_quantity(look: Look, particles: Particles, i: int, age: float) -> flo
         q = particles.mass[i]
     elif look.quantity == RADIUS:
         q = particles.radius[i]
+    elif look.quantity == HEADING:
+        v = read3(particles.velocity, i)
+        q = DEGREES * wp.atan2(v[2], v[0])
+    elif look.quantity == NEIGHBORS:
+        q = float(particles.neighbors[i])
     return (q - look.low) * look.scale
 
 
@@ -81,3 +89,43 @@ def splat_points(
     if particles.tint.shape[0] > 0:
         color = multiply_colors(color, particles.tint[i])
     color_out[j] = color
+
+
+@wp.func
+def signed_byte(share: float) -> wp.uint32:
+    """Return a number from -1 to 1 as the low eight bits, two's complement, in steps of 1/127."""
+    return wp.uint32(int(wp.floor(wp.clamp(share, -1.0, 1.0) * 127.0 + 0.5)) & 255)
+
+
+@wp.func
+def bank(force: wp.vec3, mass: float, heading: wp.vec3) -> float:
+    """Return the sine of the roll to the right of a body that turns: a/√(a² + g²), a the acceleration to its right."""
+    right = wp.cross(heading, wp.vec3(0.0, 1.0, 0.0))
+    a = wp.dot(force, right) / mass
+    return a / wp.sqrt(a * a + WEIGHT * WEIGHT)
+
+
+@wp.kernel(enable_backward=False)
+def splat_headings(
+    first: int,
+    chosen: wp.array[int],
+    particles: Particles,
+    course: wp.array2d[float],
+    steering: wp.array2d[float],
+    heading_out: wp.array[wp.uint32],
+):
+    """Pack four signed bytes for each body: the unit vector along its `course` [m/s], and the sine of its roll by `steering` [N]."""
+    j = first + wp.tid()
+    i = j
+    if chosen.shape[0] > 0:
+        i = chosen[j]
+    v = read3(course, i)
+    speed = wp.length(v)
+    n = wp.vec3(1.0, 0.0, 0.0)
+    if speed > 0.0:
+        n = v / speed
+    roll = float(0.0)
+    if steering.shape[1] > 0:
+        roll = bank(read3(steering, i), particles.mass[i], n)
+    low = signed_byte(n[0]) | (signed_byte(n[1]) << wp.uint32(8))
+    heading_out[j] = low | (signed_byte(n[2]) << wp.uint32(16)) | (signed_byte(roll) << wp.uint32(24))

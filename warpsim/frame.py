@@ -25,7 +25,19 @@ class SystemFrame:
 
     def keep(self) -> None:
         """Fetch everything now, before the simulation moves on."""
-        for name in ("position", "velocity", "birth_frame", "birth_age", "lifetime", "mass", "radius", "id", "tint"):
+        for name in (
+            "position",
+            "velocity",
+            "birth_frame",
+            "birth_age",
+            "lifetime",
+            "mass",
+            "radius",
+            "id",
+            "tint",
+            "swimming",
+            "neighbors",
+        ):
             if name in self._fields:
                 self._get(name)
         if self.tears:
@@ -125,6 +137,26 @@ class SystemFrame:
     def radius(self) -> np.ndarray:
         """float32 (n,) [m]."""
         return self._get("radius")
+
+    @property
+    def is_flock(self) -> bool:
+        """Whether they see each other: boids."""
+        return "neighbors" in self._fields
+
+    @property
+    def is_carried(self) -> bool:
+        """Whether they are boids in a flow, through which they move as `swimming` says."""
+        return "swimming" in self._fields
+
+    @property
+    def swimming(self) -> np.ndarray:
+        """float32 (n, 3): velocity of boids through the flow that carries them, without one over ground [m/s]."""
+        return self._get("swimming") if self.is_carried else self.velocity
+
+    @property
+    def neighbors(self) -> np.ndarray:
+        """int32 (n,): how many others each boid saw in the last substep; none without a flock."""
+        return self._get("neighbors") if self.is_flock else np.zeros(self.count, np.int32)
 
     @property
     def has_colors(self) -> bool:

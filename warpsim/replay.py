@@ -88,8 +88,8 @@ class Recording:
                     raise ValueError
                 elif self.scene.systems[name].tear is not None:
                     shapes["torn"] = (len(self._nets[name].springs),)
-                if f"{name}.color" in arrays:
-                    shapes["color"] = (count, 4)
+                optional = {"color": (count, 4), "neighbors": (count,), "swimming": (count, 3)}
+                shapes |= {key: shape for key, shape in optional.items() if f"{name}.{key}" in arrays}
                 if any(arrays[f"{name}.{key}"].shape != shape for key, shape in shapes.items()):
                     raise ValueError
             return arrays
@@ -126,6 +126,11 @@ class RecordedPopulation:
         """Return the live count, the only counter of a recorded frame."""
         return self._fields["lifetime"].shape[0]
 
+    @property
+    def fields(self) -> dict[str, wp.array]:
+        """What is known of the frame."""
+        return self._fields
+
     def field(self, name: str) -> wp.array:
         """Return a field, planar."""
         return self._fields[name]
@@ -154,6 +159,10 @@ def recorded_system(fields, trail, population: RecordedPopulation, look, index: 
 
     if trail is not None:
         planar["trail"] = trail
+    if "neighbors" in fields:
+        planar["neighbors"] = fields["neighbors"].astype(np.int32)
+    if "swimming" in fields:
+        planar["swimming"] = fields["swimming"].astype(np.float32).T
     if "color" in fields:
         planar["tint"] = np.ascontiguousarray(fields["color"], np.uint8).view("<u4")[:, 0]
 

@@ -159,7 +159,8 @@ def save_frame(path: Path, frame) -> str:
 
     Arrays: NAME.position, NAME.velocity float32 (n, 3) [m, m/s], NAME.id uint64 (n,), NAME.age, .lifetime [s], .mass [kg], .radius [m]
     float32 (n,) per system (of networks position, velocity, id and mass), .color uint8 (n, 4) where emitters give colors, .torn bool (m,)
-    of springs that may tear, and the scalars index and time [s]. Raises OSError, or NonFiniteFrame before anything is written.
+    of springs that may tear, .neighbors int32 (n,) of flocks, .swimming float32 (n, 3) [m/s] of those that a flow carries, and the scalars
+    index and time [s]. Raises OSError, or NonFiniteFrame before anything is written.
     """
     import numpy as np
 
@@ -168,6 +169,8 @@ def save_frame(path: Path, frame) -> str:
         fields = NETWORK_FIELDS if frame[name].is_network else FIELDS
         arrays |= {f"{name}.{field}": getattr(frame[name], field) for field in fields}
     arrays |= {f"{name}.torn": frame[name].torn for name in frame if frame[name].tears}
+    arrays |= {f"{name}.neighbors": frame[name].neighbors for name in frame if frame[name].is_flock}
+    arrays |= {f"{name}.swimming": frame[name].swimming for name in frame if frame[name].is_carried}
     arrays |= {f"{name}.color": frame[name].color for name in frame if frame[name].has_colors}
     for key, array in arrays.items():
         if not np.isfinite(array).all():

@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 
 from warpsim.scene.assets import asset_path
 from warpsim.scene.base import Mistake, Name, Number, ShortSpec, Spec, Truth, Vec3, WholeNumber, form_by_key, mistakes, one_of_forms
-from warpsim.scene.look import Look
+from warpsim.scene.look import ColorBy, ColorRamp, Look, Ramp, color_form
 from warpsim.scene.nearest import listed, nearest
 from warpsim.scene.particles import Drag, Feels, StokesDrag, System, repeated_names
 from warpsim.scene.steering import BehaviorUnion
@@ -97,6 +97,29 @@ class Vicsek(Spec):
     )
 
 
+class FlockColor(ColorBy):
+    """A color that shows a quantity of the boids through a color map."""
+
+    by: Literal["speed", "height", "heading", "neighbors"] = Field(
+        description="The quantity: speed (m/s), height y (m), heading about the vertical, -180 to 180 from +x toward +z (degrees), or "
+        "neighbors seen."
+    )
+
+
+class FlockLook(Look):
+    """How a flock is drawn."""
+
+    as_: Literal["arrows", "birds", "fish", "points", "sprites"] = Field(
+        "arrows",
+        alias="as",
+        description="Bodies that point where they go (arrows, birds, fish), spheres (points), or soft and round (sprites).",
+    )
+    size: Ramp = Field(Ramp(over_life=((0.0, 0.3),)), description="Length of a body, diameter of a point [m].")
+    color: one_of_forms({"over_life": ColorRamp, "by": FlockColor}, color_form) = Field(
+        ColorRamp(over_life=((0.0, "#ffffff"),)), description="One color, or {by: quantity, range, map}."
+    )
+
+
 class FlockFeels(Feels):
     """Which parts of the environment act on a flock: all but gravity, which its wings or fins hold up."""
 
@@ -127,7 +150,7 @@ class Flock(System):
     coupling: FlockCoupling | None = Field(None, description="Drag of the flow: {alpha: kg/s} or {viscosity: Pa s}; absent: no effect.")
     start: Start = Field(Start(), description="Where boids are at the beginning.")
     feels: FlockFeels = Field(FlockFeels(), description="What acts on the flock.")
-    look: Look = Field(Look(), description="How it is drawn.")
+    look: FlockLook = Field(FlockLook(), description="How it is drawn.")
 
     @property
     def method(self) -> str:

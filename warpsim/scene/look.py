@@ -136,7 +136,8 @@ class ColorBy(Spec):
         return tuple((k / (len(colors) - 1), color) for k, color in enumerate(colors))
 
 
-def _color_form(value: Any) -> str | None:
+def color_form(value: Any) -> str | None:
+    """Name the form of a color: one, or a ramp over life, or by a quantity."""
     if ColorRamp.is_short(value) or isinstance(value, ColorRamp):
         return "over_life"
     return form_by_key(value, ("over_life", "by"))
@@ -155,7 +156,7 @@ class Look(Spec):
     as_: Literal["points", "sprites"] = Field("sprites", alias="as", description="points: square dots; sprites: soft round ones.")
     blend: Literal["alpha", "additive"] = Field("alpha", description="alpha: over what lies behind (smoke); additive: added to it (fire).")
     size: Ramp = Field(Ramp(over_life=((0.0, 0.02),)), description="Diameter, a number or {over_life: [[s, size], …]} [m].")
-    color: one_of_forms({"over_life": ColorRamp, "by": ColorBy}, _color_form) = Field(
+    color: one_of_forms({"over_life": ColorRamp, "by": ColorBy}, color_form) = Field(
         ColorRamp(over_life=((0.0, "#ffffff"),)), description="Color, {over_life: [[s, color], …]}, or {by: quantity, range, map}."
     )
     trail: Trail | None = Field(None, description="A line through each particle's last places; absent: none.")

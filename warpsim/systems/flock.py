@@ -17,6 +17,7 @@ from warpsim.systems.crowds import Attention, Crowd, rule_row
 from warpsim.systems.emitters import random_key
 from warpsim.systems.lasting import LastingSystem
 from warpsim.systems.pairs import substep_of
+from warpsim.systems.points import PointPacker
 from warpsim.systems.steering import Steering
 
 NEIGHBORS = {"neighbors": Field(1, wp.int32, "1", "how many others it saw in the last substep")}
@@ -42,6 +43,7 @@ class Flock(LastingSystem):
         self._limits = wp.array([limit_row(spec, self.pace.dt)], dtype=flight.Limits, device=self.device)
         self._vicsek = wp.array([self._vicsek_row(spec)] if spec.vicsek else [], dtype=flight.Vicsek, device=self.device)
         self.steering = wp.zeros((3, self.population.capacity), dtype=float, device=self.device)
+        self.points = PointPacker(self.population, self.particles, spec.look, scene.time.fps, self.steering)
         self._behaviors = Steering(self, environment)
         self._attention = {other: Attention(row, self.device) for other, row in self._rule_rows(spec).items()}
         self._appearance: Crowd | None = None  # for other flocks: where it was when the frame began

@@ -12,6 +12,7 @@ from warpsim.launch import Stage
 from warpsim.population import Field, Population
 
 STEPS = 256  # resolution of size and color over life, or over a quantity's range
+BODIES = ("arrows", "birds", "fish")  # looks that point somewhere
 MOST_TRAILS = 20_000  # lines that a page can draw
 
 
@@ -27,6 +28,7 @@ class PackedPoints:
     size_max: float  # [m]
     trail: np.ndarray | None = None  # uint16 (m, places, 4): x, y, z, 0, oldest place first, of the first m points
     trail_color: np.ndarray | None = None  # uint8 (m, 4)
+    heading: np.ndarray | None = None  # int8 (n, 4), of bodies: unit vector along which it points, sine of its roll to the right, in 1/127
 
 
 def frames_between(trail, fps: float) -> int:
@@ -35,12 +37,13 @@ def frames_between(trail, fps: float) -> int:
 
 
 class PointPacker:
-    """Packs one system's live particles with its look."""
+    """Packs one system's live particles with its look; bodies roll by `steering` (3, capacity) [N], if there is one."""
 
-    def __init__(self, population: Population, particles: Particles, look, fps: float):
+    def __init__(self, population: Population, particles: Particles, look, fps: float, steering: wp.array | None = None):
         self._population, self._particles, self._fps = population, particles, fps
         self._places = look.trail.points if look.trail else 0
         self._every = frames_between(look.trail, fps) if look.trail else 1
+        self._bodies, self._steering = look.as_ in BODIES, steering
         self._everyone = wp.empty(0, dtype=int, device=population.device)
         self.change(look)
 
@@ -86,7 +89,17 @@ class PointPacker:
         rgba = color.numpy().view(np.uint8).reshape(count, 4)
         trail = self._trail(index, chosen, min(count, MOST_TRAILS), box) if self._places else None
         shades = None if trail is None else rgba[: len(trail)]
-        return PackedPoints(count, place.numpy().view("<u2"), rgba, scale, low, self._size_max, trail, shades)
+        heading = self._heading(chosen, count) if self._bodies else None
+        return PackedPoints(count, place.numpy().view("<u2"), rgba, scale, low, self._size_max, trail, shades, heading)
+
+    def _heading(self, chosen: wp.array, count: int) -> np.ndarray:
+        """Return where bodies point, through what carries them, and how they roll."""
+        population = self._population
+        course = population.field("swimming" if "swimming" in population.fields else "velocity")
+        steering = wp.empty((3, 0), dtype=float, device=population.device) if self._steering is None else self._steering
+        heading = wp.empty(count, dtype=wp.uint32, device=population.device)
+        wp.launch(render.splat_headings, count, [0, chosen, self._particles, course, steering, heading], device=population.device)
+        return heading.numpy().view(np.int8).reshape(count, 4)
 
     def _subset(self, live: int, limit: int) -> wp.array:
         stride = -(-live // max(limit, 1))

@@ -26,6 +26,9 @@ def cloud_blocks(slot: int, system, limit: int | None) -> list[Block]:
         Block(slot, Attribute.SIZE_MAX, np.array([cloud.size_max], np.float32)),
         Block(slot, Attribute.LIVE_COUNT, np.array([system.count], np.uint32)),
     ]
+    heading = getattr(cloud, "heading", None)
+    if heading is not None:
+        blocks.append(Block(slot, Attribute.HEADING, heading[: cloud.count], normalized=True))
     trail = getattr(cloud, "trail", None)
     if trail is not None:
         blocks += [

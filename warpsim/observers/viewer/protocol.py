@@ -51,6 +51,7 @@ class Attribute(IntEnum):
     TRAIL_POINTS = 10  # of each trail
     TORN = 11  # a bit for each spring of a network, first springs in low bits: whether it is torn; absent where none can be
     LOST = 12  # the same of its triangles
+    HEADING = 13  # of bodies: four signed bytes each, the unit vector along which it points and the sine of its roll to the right
 
 
 @dataclass(frozen=True)

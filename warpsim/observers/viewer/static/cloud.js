@@ -10,6 +10,7 @@ class Cloud {
     this.capacity = 0;   // points that the buffers hold
     this.fresh = false;  // buffers of this capacity are not yet on the graphics card
     this.turn = new T.Matrix4();
+    this.bodies = Bodies.KINDS[shape] === undefined ? null : new Bodies(shape, blend, inFloats);
     this.points = new T.Points(new T.BufferGeometry(), Looks.material(shape, blend, inFloats));
     this.points.name = name;
     this.points.frustumCulled = false;              // its bounding sphere would be of some past frame
@@ -18,6 +19,10 @@ class Cloud {
     this.order = shape === "sprites" && blend !== "additive" ? new DepthOrder() : null;
     this.trail = new Trail(blend, inFloats);
     this.points.add(this.trail.mesh);
+    if (this.bodies !== null) {
+      this.points.material.visible = false;
+      this.points.add(this.bodies.mesh);
+    }
     this.net = this.last = null;
     const drawn = new T.Vector2();
     this.points.onBeforeRender = (renderer) => {
@@ -26,7 +31,8 @@ class Cloud {
     };
   }
 
-  // parts: {position: {view, width, affine}, color: {view, width}, sizeMax, live, trail, trailColor, trailPoints, torn, lost}, views of the message
+  // parts: {position: {view, width, affine}, color: {view, width}, sizeMax, live, trail, trailColor, trailPoints, torn, lost, heading}, views of
+  // the message; time [s] is the frame's
   show(parts) {
     const { position, color } = parts, uniforms = this.points.material.uniforms;
     if (position === undefined || color === undefined) return;
@@ -41,6 +47,7 @@ class Cloud {
     this.count = count;
     this.live = parts.live === undefined ? count : parts.live;
     const { trail, trailColor, trailPoints } = parts;
+    if (this.bodies !== null) this.bodies.show(parts, this.live);
     if (trail !== undefined) this.trail.show(trail, trailColor, trailPoints, 0.4 * uniforms.sizeMax.value);
     else this.trail.mesh.visible = false;
     this.last = parts;

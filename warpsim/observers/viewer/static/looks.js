@@ -121,6 +121,53 @@ const Looks = (() => {
       gl_FragColor = vec4(tint.rgb * alpha, ADDS == 1 ? 0.0 : alpha);
     }`;
 
+  // A body along its heading: right, up and roll from the horizon; wings and tails move with the time of the frame.
+  const BODY_VERTEX = `
+    precision highp float;
+    attribute vec3 position, normal;
+    attribute float bend, phase;
+    attribute vec4 place, color, heading;   // 0..1, w: share of the largest size; 0..1; -1..1, w: sine of the roll
+    uniform mat4 modelViewMatrix, projectionMatrix;
+    uniform vec3 extent, origin;
+    uniform float sizeMax, time, beat, rolls, viewHeight;
+    uniform vec2 swing;
+    ${HAZE}
+    varying vec4 tint;
+    varying float lit;
+    void main() {
+      vec3 ahead = normalize(heading.xyz + vec3(1e-6, 0.0, 0.0));
+      vec3 right = cross(ahead, vec3(0.0, 1.0, 0.0));
+      right = length(right) < 1e-3 ? vec3(0.0, 0.0, 1.0) : normalize(right);
+      vec3 up = cross(right, ahead);
+      float s = clamp(heading.w * rolls, -0.95, 0.95), c = sqrt(1.0 - s * s);
+      vec3 side = right * c - up * s;
+      up = up * c + right * s;
+      float turn = 6.2831853 * (time * beat + phase);
+      vec3 p = position;
+      p.y += swing.x * bend * sin(turn);                                   // wings
+      p.z += swing.y * bend * bend * sin(turn - 3.0 * bend);               // a wave that runs to the tail
+      float size = place.w * sizeMax;
+      vec3 at = place.xyz * extent + origin;
+      vec4 middle = projectionMatrix * (modelViewMatrix * vec4(at, 1.0));
+      float pixels = size * projectionMatrix[1][1] * 0.5 * viewHeight / middle.w;
+      float grown = max(1.0, 2.6 / max(pixels, 1e-3));                     // a far body is still a speck
+      at += (ahead * p.x + up * p.y + side * p.z) * size * grown;
+      gl_Position = projectionMatrix * (modelViewMatrix * vec4(at, 1.0));
+      vec3 n = ahead * normal.x + up * normal.y + side * normal.z;
+      float sun = abs(dot(n, normalize(vec3(-0.45, 0.8, 0.4))));
+      lit = mix(1.0, 0.5 + 0.42 * sun + 0.16 * n.y, smoothstep(3.0, 12.0, pixels));
+      tint = hazy(vec4(color.rgb, color.a * min(1.0, max(pixels / 2.6, 0.35))), middle.w);
+      if (tint.a <= 0.0) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+    }`;
+
+  const BODY = `
+    precision highp float;
+    varying vec4 tint;
+    varying float lit;
+    void main() {
+      gl_FragColor = vec4(min(tint.rgb * lit, 1.0) * tint.a, ADDS == 1 ? 0.0 : tint.a);
+    }`;
+
   function blending(adds, inFloats) {
     return {
       transparent: true, depthTest: true, blending: T.CustomBlending, blendEquation: T.AddEquation,
@@ -158,5 +205,20 @@ const Looks = (() => {
     });
   }
 
-  return { material, trail, air };
+  function body(kind, blend, inFloats) {
+    const adds = blend === "additive";
+    return new T.RawShaderMaterial({
+      vertexShader: BODY_VERTEX,
+      fragmentShader: BODY,
+      defines: { ADDS: adds ? 1 : 0 },
+      uniforms: {
+        extent: { value: new T.Vector3(1, 1, 1) }, origin: { value: new T.Vector3() }, sizeMax: { value: 0 }, time: { value: 0 },
+        beat: { value: kind.beat }, rolls: { value: kind.roll }, swing: { value: new T.Vector2(...kind.swing) },
+        viewHeight: { value: 1 }, ...inAir(),
+      },
+      depthWrite: !adds, side: T.DoubleSide, ...blending(adds, inFloats),
+    });
+  }
+
+  return { material, trail, body, air };
 })();

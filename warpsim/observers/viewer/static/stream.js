@@ -32,6 +32,7 @@ function readFrame(buffer) {
     else if (attribute === 10) parts.trailPoints = view[0];
     else if (attribute === 11) parts.torn = view;
     else if (attribute === 12) parts.lost = view;
+    else if (attribute === 13) parts.heading = { view, width };
   }
   return { number: data.getUint32(4, true), time: data.getFloat64(8, true), slots };
 }
@@ -98,6 +99,7 @@ class Stream {
 
   show(frame) {
     frame.slots.forEach((parts, slot) => {
+      parts.time = frame.time;
       if (parts.poses !== undefined) this.solids.place(parts.poses.view);
       else if (this.clouds[slot] !== undefined) this.clouds[slot].show(parts);
     });
