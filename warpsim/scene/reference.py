@@ -21,6 +21,7 @@ from warpsim.scene.particles import Drag, Feels, Particles, StokesDrag
 from warpsim.scene.phrases import in_words, range_in_words
 from warpsim.scene.scene import Limits, Scene
 from warpsim.scene.springs import NetworkLook, PinMotion, Springs
+from warpsim.scene.steering import Behavior
 from warpsim.scene.strengths import Formula, Keyframes, Sine, SineWave
 from warpsim.scene.timing import Time
 from warpsim.scene.viewing import Control, Viewing
@@ -44,6 +45,12 @@ _PARTS: tuple[tuple[str, str, tuple[type[Spec], ...]], ...] = (
     ("Springs", "Entries of `systems` with `type: springs`: points joined by damped springs.", (Springs, PinMotion, NetworkLook)),
     ("Cloth", "Entries of `systems` with `type: cloth`; `look` and `pin_motion` as for springs.", (Cloth, SpringKind)),
     ("Generators", "What `generator` may be, told apart by `type`.", (Generator,)),
+    (
+        "Flocks",
+        "Entries of `systems` with `type: flock`.",
+        (Flock, Domain, Perception, Rule, Attends, Start, Vicsek, FlockLook, FlockColor),
+    ),
+    ("Steering", "Entries of `steering` of a flock, told apart by `type`.", (Behavior,)),
     ("Emitters", "Entries of `emitters`.", (Emitter, Rate, Burst, Velocity, Distribution)),
     ("Emitter shapes", "What `shape` may be, told apart by `type`.", (EmitterShape,)),
     ("Look", "How particles are drawn.", (Look, Ramp, ColorRamp, ColorBy, Trail)),
@@ -64,7 +71,8 @@ def scene_reference() -> str:
 
 
 def _is_family(spec: type[Spec]) -> bool:
-    return "type" not in spec.model_fields and bool(spec.__subclasses__())
+    """Tell whether a spec stands for its subclasses, which are told apart by `type`."""
+    return "type" not in spec.model_fields and any("type" in one.model_fields for one in spec.__subclasses__())
 
 
 def _section(spec: type[Spec]) -> str:
