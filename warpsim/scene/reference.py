@@ -11,6 +11,7 @@ from warpsim.scene.colliders import Collider, Course, Motion
 from warpsim.scene.emitters import Burst, Distribution, Emitter, EmitterShape, Rate, Velocity
 from warpsim.scene.expressions import DEEPEST_STACK, FUNCTIONS, LONGEST_PROGRAM
 from warpsim.scene.fields import Slot, bounds_of, choices_of, default_of, forms, keys_of
+from warpsim.scene.flocks import Attends, Domain, Flock, FlockColor, FlockLook, Perception, Rule, Start, Vicsek
 from warpsim.scene.flow import Core, FlowPrimitive
 from warpsim.scene.forces import Force
 from warpsim.scene.generators import Generator
