@@ -20,6 +20,7 @@ from warpsim.kernels.points import started
 
 LANES = wp.constant(64)  # points of a slice of the lists; the native loops' block
 RELAXATION = wp.constant(1.75)  # ω, between 1 and 2: how much of what all pairs ask for is done at once
+DEEP = wp.constant(0.94)  # 0.97²: a pair that a pin or a collider has driven so far into its core is left to contact alone
 CLOSEST = wp.constant(1.0e-30)  # [m²]: points nearer than 1e-15 m have no direction, and push along y
 
 DISTANCE, CORE, FRICTION, REACH, DRIFT, STRIDE, MOST_PUSH, STEP, FOLLOWS = range(9)  # numbers of Layers
@@ -62,9 +63,10 @@ def nearest_square(r0: wp.vec3, r1: wp.vec3) -> float:
 
 @wp.func(inline=True)
 def collides(r0: wp.vec3, r1: wp.vec3, core: float) -> int:
-    """Return 1 if two points come nearer than the core on the way from r0 to r1, and nearer than they began."""
+    """Return 1 if two points that did not begin deep in the core come into it on the way from r0 to r1, nearer than they began."""
     least = nearest_square(r0, r1)
-    return wp.where(least < core * core and least < wp.dot(r0, r0), 1, 0)
+    began = wp.dot(r0, r0)
+    return wp.where(least < core * core and least < began and began > DEEP * core * core, 1, 0)
 
 
 @wp.func
@@ -223,7 +225,7 @@ def share_left(i: int, layers: Layers, particles: Particles) -> float:
         else:  # one that is pinned goes where it must
             room = room - wp.max(wp.dot(read3(particles.position, j) - start_at(layers, j) - t, n), 0.0)
         nearer = -wp.dot(beside, n)
-        if nearer > 0.0:
+        if nearer > 0.0 and length * length > DEEP * layers.numbers[CORE] * layers.numbers[CORE]:
             share = wp.min(share, wp.max(room, 0.0) / nearer)
     return share
 

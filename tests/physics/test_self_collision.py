@@ -90,7 +90,10 @@ def test_a_braked_substep_brings_nobody_into_a_core(seed):
     assert min(twin.least_distance(x0[i] - x0[j], x1[i] - x1[j]) for i, j in pairs) < 0.9 * core_of(one)
 
 
-@pytest.mark.parametrize(("solver", "substeps"), [("semi_implicit_euler", 24), ("verlet", 24), ("drift_kick", 24)])
+@pytest.mark.parametrize(
+    ("solver", "substeps"),
+    [("semi_implicit_euler", 24), ("verlet", 24), ("drift_kick", 24), ("xpbd", 16), ("implicit_euler", 12), ("rk4", 24)],
+)
 @pytest.mark.parametrize("rail", [RAIL, WILD_RAIL], ids=["laid", "crumpled"])
 def test_a_folded_sheet_never_crosses_itself(rail, solver, substeps):
     """Counted every fifth frame, over 80; without self-collision it crosses itself a hundred times."""

@@ -58,7 +58,7 @@ def braked(x0, x1, v, w, pairs, core: float, stride: float, t, h: float) -> tupl
         n, room = r / np.linalg.norm(r), np.linalg.norm(r) - core
         room = 0.5 * room if w[j] > 0.0 else room - max((x1[j] - x0[j] - t) @ n, 0.0)
         nearer = -(x1[i] - x0[i] - t) @ n
-        if nearer > 0.0:
+        if nearer > 0.0 and np.linalg.norm(r) > 0.97 * core:  # deeper ones are left to contact
             share[i] = min(share[i], max(room, 0.0) / nearer)
     share = np.where(w > 0.0, share, 1.0)[:, None]
     return x0 + t + share * (x1 - x0 - t), t / h + share * (v - t / h)
