@@ -106,7 +106,7 @@ MUTATIONS = (
              {"coupling": "drag stokes", "campfire": "smoke spark", "fountain": "drop droplet", "snow": "flake caked",
               "hourglass": "fall"}),
     Mutation("stokes", "kernels/environment.py", "SIX_PI * radius", "1.01 * SIX_PI * radius", {"coupling": "stokes"}),
-    Mutation("kick", "kernels/integration.py", "(h * mean_decay(k * h))", "(1.01 * h * mean_decay(k * h))",
+    Mutation("kick", "kernels/integration.py", "return h * mean_decay(k * h)", "return real(1.01) * h * mean_decay(k * h)",
              {"coupling": "parabola drag", "attractor": "circle"}),
     Mutation("drift", "kernels/integration.py", "return x + v * h\n", "return x + v * (real(1.01) * h)\n",
              {"uniform": "streakline", "coupling": "parabola tracer", "strengths": "keyframes sine", "integrators": "end late"}),
