@@ -9,7 +9,9 @@ sideways, and B would not be positive semidefinite (Choi & Ko 2002).  Source: Ba
 
 import warp as wp
 
+from warpsim.kernels.elementary import mean_decay
 from warpsim.kernels.emission import Particles
+from warpsim.kernels.environment import Environment, drag_rate
 from warpsim.kernels.planar import read3, write3
 from warpsim.kernels.points import started
 from warpsim.kernels.springs import SHORTEST, SLICE, SpringTable
@@ -31,6 +33,7 @@ class Weave:
     neighbor: wp.array[int]  # (rows · 64): the point at the other end
     spring: wp.array[int]  # (rows · 64): number of the spring; −1: none
     weight: wp.array2d[float]  # (rows, 4 · 64): w in three parts, then β [√kg and kg], this substep's
+    inertia: wp.array[float]  # (capacity) m/φ(k h) [kg], what drag of rate k leaves of a substep's kick counted as mass
     free: wp.array[float]  # (capacity) 1/m [1/kg]; 0 for a point that is pinned
 
 
@@ -113,6 +116,14 @@ def read_factor(factor: wp.array2d[float], i: int) -> Factor:
     return Factor(factor[0, i], factor[1, i], factor[2, i], factor[3, i], factor[4, i], factor[5, i])
 
 
+@wp.kernel(enable_backward=False)
+def sample_inertia(first: int, h: float, environment: wp.array[Environment], particles: Particles, inertia_out: wp.array[float]):
+    """Store m/φ(k h) with the drag rate k [kg]: springs then act as gravity does, and drag does not shift where points come to rest."""
+    i = first + wp.tid()
+    k = drag_rate(environment[0].alpha, environment[0].viscosity, particles.radius[i], 1.0 / particles.mass[i])
+    inertia_out[i] = particles.mass[i] / mean_decay(k * h)
+
+
 @wp.func
 def assemble_point(i: int, weave_inout: Weave, table: SpringTable, particles: Particles, system_inout: System):
     """Set up the rows of one point: weights, its block's factor, the right side for y = 0, and the first direction, v − u."""
@@ -146,7 +157,7 @@ def assemble_point(i: int, weave_inout: Weave, table: SpringTable, particles: Pa
     factor = Factor()
     p = wp.vec3()
     if i < weave_inout.point_count and weave_inout.free[i] > 0.0:
-        m = wp.float64(particles.mass[i])
+        m = wp.float64(weave_inout.inertia[i])
         factor = inverse_factor(m, block[0, 0], block[0, 1], block[0, 2], block[1, 1], block[1, 2], block[2, 2])
         p = wp.vec3(system_inout.start[3, i], system_inout.start[4, i], system_inout.start[5, i]) - u
     for k in range(6):

@@ -54,7 +54,7 @@ ASSEMBLE = """
         }
         for (int t = 0; t < B; ++t) {
             const int i = b + t, loose = i < weave.point_count && weave.free.data[i] > 0.0f;
-            const auto full = $inverse_factor((double)particles.mass.data[i], M[0][t], M[1][t], M[2][t], M[3][t], M[4][t], M[5][t]);
+            const auto full = $inverse_factor((double)weave.inertia.data[i], M[0][t], M[1][t], M[2][t], M[3][t], M[4][t], M[5][t]);
             auto l = full;
             for (int k = 0; k < 6; ++k) { l[k] = loose ? full[k] : 0.0f; F[i + k * S] = l[k]; }
             const vec s = $scale_down(l, vec(RX[t], RY[t], RZ[t]));

@@ -43,6 +43,7 @@ class ImplicitEuler(NetworkSolver):
         self._weave.point_count, self._weave.reach, self._weave.free = len(system.net.points), layout.reach, system.inverse_mass
         for name in ("begin", "step", "neighbor", "spring"):
             setattr(self._weave, name, wp.array(getattr(layout, name).reshape(-1), dtype=int, device=device))
+        self._weave.inertia = wp.zeros(capacity, dtype=float, device=device)
         self._weave.weight = wp.zeros((len(layout.step), 4 * SLICE), dtype=float, device=device)
         self._linear = implicit.System()
         self._linear.h = system.pace.dt
@@ -89,6 +90,8 @@ class ImplicitEuler(NetworkSolver):
         system = self.system
         self._linear.start = system.start
         plain, loop = SECOND_ORDER_FORM["semi_implicit_euler"].kernels(False)
+        inputs = (system.pace.dt, system.surroundings.row, system.particles, self._weave.inertia)
+        yield Stage("springs", implicit.sample_inertia, system.population.capacity, inputs)
         for s in range(system.pace.substep_count):
             yield from system.outer_forces(2 * s)
             yield from system.begin()
@@ -104,7 +107,7 @@ class ImplicitEuler(NetworkSolver):
         capacity, moving = system.population.capacity, (system.opening, system.clock)
         inputs = (self._weave, system.table, system.particles, linear)
         yield Stage("assemble", implicit.assemble_system, capacity, inputs, implicit_loops.assemble_system)
-        inputs = (self._weave, system.particles.mass, linear, self._groups)
+        inputs = (self._weave, self._weave.inertia, linear, self._groups)
         yield Stage("groups", rigid_groups.measure_chunks, self._groups.load.shape[1], inputs)
         if self._groups.pair.shape[0]:
             yield Stage("groups", rigid_groups.join_groups, self._groups.pair.shape[0], (self._weave, self._groups))
@@ -117,7 +120,7 @@ class ImplicitEuler(NetworkSolver):
         body = (*self._multiply(), Stage("search", gradients.choose_length, 1, (search,)), *self._turn())
         yield Stage("solve", body=body, condition=search.going, most=search.most)
         if not system.spec.pinned(system.spec.pins):
-            points = (system.particles.mass, len(system.net.points), linear, search.partial)
+            points = (self._weave.inertia, len(system.net.points), linear, search.partial)
             yield Stage("search", gradients.accumulate_momentum, search.partial.shape[1], points)
             yield Stage("search", gradients.resolve_drift, 1, (search,))
         inputs = (self._weave, linear, search.drift, *moving, system.particles)
@@ -134,7 +137,7 @@ class ImplicitEuler(NetworkSolver):
     def _multiply(self) -> Iterator[Stage]:
         """Yield the stages that multiply the direction by the matrix, and say how much that bends."""
         linear = self._linear
-        inputs = (self._weave, self.system.particles.mass, linear.direction, linear.image)
+        inputs = (self._weave, self._weave.inertia, linear.direction, linear.image)
         yield Stage("multiply", implicit.multiply_direction, linear.image.shape[1], inputs, implicit_loops.multiply_direction, own=True)
         yield self._dot(gradients.CURVATURE, linear.direction, linear.image)
 
