@@ -77,7 +77,7 @@ def test_a_hanging_chain_stretches_by_the_weight_below():
 
 @pytest.mark.parametrize("alpha", [0.0, 5.0, 50.0])
 def test_drag_does_not_shift_where_a_mass_hangs(alpha):
-    """mg/k = 0.04905 m whatever the medium: the spring's kick is damped as gravity's is. Steps below half a rounding of 1 m, 6e-8, are lost:
+    """mg/k = 0.04905 m in any medium: the spring's kick is damped as gravity's is. Steps below half a rounding of 1 m, 6e-8, are lost:
     the way that is left then is 6e-8 α/(k h) = 7e-6 m at most."""
     net = {"points": [[0, 0, 0], [0, -1, 0]], "springs": [[0, 1]], "mass": 0.5, "stiffness": 100.0, "damping": 5.0, "pins": [0]}
     sim = simulate(**net, solver="implicit_euler", gravity=(0, -9.81, 0), substeps=4, coupling={"alpha": alpha})
