@@ -67,7 +67,7 @@ MUTATIONS = (
     Mutation("pair_inverse_square", "kernels/pairwise.py", "return law.strength[0] / (s2 *", "return 1.01 * law.strength[0] / (s2 *",
              {"pairwise": "0", "cluster": "0"}),
     Mutation("separation", "kernels/flock.py", "company.apart * rules.separation", "company.apart * (1.01 * rules.separation)",
-             {"flock": "course"}),
+             {"flock": "course", "starlings": "bits"}),
     Mutation("vicsek", "kernels/flight.py", "heading * mode[0].speed", "heading * (1.01 * mode[0].speed)", {"vicsek": "pace"}),
     Mutation("cohesion", "kernels/flock.py", "coherent * rules.cohesion", "coherent * (1.01 * rules.cohesion)", {"flock": "course"}),
     Mutation("alignment", "kernels/flock.py", "turn * rules.alignment", "turn * (1.01 * rules.alignment)", {"flock": "course"}),
