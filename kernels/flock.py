@@ -4,7 +4,8 @@ Symbols: d = P_j − P_i [m], v velocity [m/s], over the neighbors j that are wi
 F = w_s Σ (P_i − P_j)/|d|² + w_c (centroid − P_i) + w_a (mean v − v_i).  Source: Reynolds 1987; the lecture's formulas and weights.
 
 A neighbor is in view where the angle between v_i and d is at most half the field of view, d·v_i ≥ cos(½ view) |d| |v_i|: compared by
-squares that keep their sign, for roots cost as much as all the rest. Who stands still sees all round.
+squares that keep their sign, for roots cost as much as all the rest. Who stands still sees all round. Of those within reach and in view
+all count, or the nearest k (Ballerini et al. 2008): a first pass finds the last of them, a second adds up who is no farther.
 """
 
 import warp as wp
@@ -15,6 +16,11 @@ from warpsim.kernels.planar import read3, write3
 from warpsim.kernels.random import random_words, uniform_signed
 
 EVERYTHING = -2.0  # cosine below any: a field of view of 360 degrees
+MOST_NEAREST = 64  # that a boid may keep count of
+Distances = wp.types.vector(length=MOST_NEAREST, dtype=float)
+Numbers = wp.types.vector(length=MOST_NEAREST, dtype=int)
+LAST_NUMBER = 2**31 - 1
+BEYOND = 3.0e38  # [m²]: farther than anybody
 PUSH = 9  # channel of the random direction in which two boids at one place part (random.py has the others)
 
 
@@ -37,7 +43,14 @@ class Rules:
     cohesion_reach2: float
     alignment_reach2: float
     closest: float  # [m]: nearer ones count as so near
+    nearest: int  # how many of those within reach and in view count, the nearest; 0: all
     key: wp.vec2ui  # of the random numbers
+
+
+@wp.struct
+class Horizon:
+    d2: float  # the farthest neighbor that counts is so far away, squared [m²]
+    number: int  # of it: among those at the same distance the lower numbers come first
 
 
 @wp.struct
@@ -67,6 +80,12 @@ def attends(d2: float, q: float, limit: float, reach2: float) -> float:
 def within_reach(d2: float, reach2: float) -> float:
     """Return 1 within a rule's reach, else 0."""
     return wp.where(d2 < reach2, 1.0, 0.0)
+
+
+@wp.func(inline=True)
+def counts(d2: float, number: int, d2_last: float, number_last: int) -> float:
+    """Return 1 for who is no farther than the last that counts; at the same distance, whose number is no higher; else 0."""
+    return wp.where(d2 < d2_last, 1.0, 0.0) + wp.where(d2 == d2_last, 1.0, 0.0) * wp.where(number <= number_last, 1.0, 0.0)
 
 
 @wp.func(inline=True)
@@ -144,17 +163,57 @@ def meet(company: Company, d: wp.vec3, vj: wp.vec3, m: float, rules: Rules) -> C
 
 @wp.func
 def part_coincident(
-    x: wp.vec3, k: int, own: int, slot: int, cell: wp.vec3i, theirs: Crowd, domain: Domain, layout: Layout, rules: Rules
+    x: wp.vec3, k: int, own: int, slot: int, last: Horizon, cell: wp.vec3i, theirs: Crowd, domain: Domain, layout: Layout, rules: Rules
 ) -> wp.vec3:
-    """Return what drives a boid at place k from those at its very place [1/m]; it is number `slot` of its flock."""
+    """Return what drives a boid at place k from those at its very place that count [1/m]; it is number `slot` of its flock."""
     apart = wp.vec3()
     for part in range(18):
         ends = run_in(theirs.grid, cell, part // 2, 2 * FINE + 1, part % 2, domain, layout)
         for j in range(ends[0], ends[1]):
             d = fold(read3(theirs.sorted, j) - x, domain)
-            if wp.dot(d, d) == 0.0 and (own == 0 or j != k):
+            d2 = wp.dot(d, d)
+            if d2 == 0.0 and (own == 0 or j != k) and counts(d2, theirs.grid.order[j], last.d2, last.number) > 0.0:
                 apart = apart + push_apart(slot, theirs.grid.order[j], domain, rules)
     return apart
+
+
+@wp.func
+def everybody() -> Horizon:
+    """Return the horizon within which all count."""
+    last = Horizon()
+    last.d2 = BEYOND
+    last.number = LAST_NUMBER
+    return last
+
+
+@wp.func
+def find_horizon(k: int, own: int, rules: Rules, mine: Crowd, theirs: Crowd, cell: wp.vec3i, layout: Layout) -> Horizon:
+    """Return the last of the nearest neighbors that count of the boid at place k of its crowd; everybody while they are fewer."""
+    domain = theirs.domain[0]
+    x = read3(mine.sorted, k)
+    v = wp.vec3(mine.sorted[3, k], mine.sorted[4, k], mine.sorted[5, k])
+    limit = view_limit(rules.cosine, wp.dot(v, v))
+    last = everybody()
+    distances = Distances(last.d2)
+    numbers = Numbers(last.number)
+    for part in range(18):
+        ends = run_in(theirs.grid, cell, part // 2, 2 * FINE + 1, part % 2, domain, layout)
+        for j in range(ends[0], ends[1]):
+            d = fold(read3(theirs.sorted, j) - x, domain)
+            d2 = wp.dot(d, d)
+            number = theirs.grid.order[j]
+            m = attends(d2, wp.dot(d, v), limit, rules.reach2) * wp.where(own == 1 and j == k, 0.0, 1.0)
+            if m * counts(d2, number, last.d2, last.number) > 0.0:
+                place = rules.nearest - 1
+                while place > 0 and counts(distances[place - 1], numbers[place - 1], d2, number) == 0.0:
+                    distances[place] = distances[place - 1]
+                    numbers[place] = numbers[place - 1]
+                    place = place - 1
+                distances[place] = d2
+                numbers[place] = number
+                last.d2 = distances[rules.nearest - 1]
+                last.number = numbers[rules.nearest - 1]
+    return last
 
 
 @wp.func
@@ -165,16 +224,20 @@ def gather_company(k: int, slot: int, own: int, rules: Rules, mine: Crowd, their
     v = wp.vec3(mine.sorted[3, k], mine.sorted[4, k], mine.sorted[5, k])
     limit = view_limit(rules.cosine, wp.dot(v, v))
     cell = cell_in(x, domain, layout)
+    last = everybody()
+    if rules.nearest > 0:
+        last = find_horizon(k, own, rules, mine, theirs, cell, layout)
     company = no_company()
     for part in range(18):
         ends = run_in(theirs.grid, cell, part // 2, 2 * FINE + 1, part % 2, domain, layout)
         for j in range(ends[0], ends[1]):
             d = fold(read3(theirs.sorted, j) - x, domain)
             m = attends(wp.dot(d, d), wp.dot(d, v), limit, rules.reach2) * wp.where(own == 1 and j == k, 0.0, 1.0)
+            m = m * counts(wp.dot(d, d), theirs.grid.order[j], last.d2, last.number)
             vj = wp.vec3(theirs.sorted[3, j], theirs.sorted[4, j], theirs.sorted[5, j])
             company = meet(company, d, vj, m, rules)
     if company.coincident > 0.0:
-        company.apart = company.apart + part_coincident(x, k, own, slot, cell, theirs, domain, layout, rules)
+        company.apart = company.apart + part_coincident(x, k, own, slot, last, cell, theirs, domain, layout, rules)
     return company
 
 

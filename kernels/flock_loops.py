@@ -9,10 +9,13 @@ import warp as wp
 
 from warpsim.kernels.domain import PERIODIC, bucket_in, cell_in, folded, layout_in, run_in
 from warpsim.kernels.flock import (
+    MOST_NEAREST,
     Crowd,
     Rules,
     attends,
+    counts,
     crowding,
+    everybody,
     flock_force,
     gather_company,
     no_company,
@@ -70,25 +73,70 @@ ACCUMULATE = """
     const float reach2 = rule.reach2, sr2 = rule.separation_reach2, cr2 = rule.cohesion_reach2, ar2 = rule.alignment_reach2;
     const float closest = rule.closest, ex = domain.size[0], ey = domain.size[1], ez = domain.size[2];
     const float rx = domain.rate[0], ry = domain.rate[1], rz = domain.rate[2];
+    const int *order = theirs.grid.order.data;
     float X[3][B], V[3][B], L[B], APART[3][B], WAY[3][B], COURSE[3][B], COHERENT[B], ALIGNED[B], COUNT[B], SAME[B];
     int K[B];
     wp::vec_t<3, int> C[B];
     #define LANES for (int l = 0; l < B; ++l)
-    #define SCAN(FOLD) for (int j = from; j < to; ++j) { \\
-        const float x = PX[j], y = PY[j], z = PZ[j], u = PU[j], v = PV[j], w = PW[j]; \\
+    #define EACH(FOLD, LOAD, DO, AFTER) for (int j = from; j < to; ++j) { \\
+        const float x = PX[j], y = PY[j], z = PZ[j]; \\
+        LOAD \\
         LANES { \\
             float a = x - X[0][l], b = y - X[1][l], c = z - X[2][l]; \\
             FOLD \\
             const float d2 = a * a + b * b + c * c, q = a * V[0][l] + b * V[1][l] + c * V[2][l]; \\
-            const float m = $attends(d2, q, L[l], reach2) * (j == K[l] ? 0.0f : 1.0f); \\
-            const float g = m * $within_reach(d2, sr2) * $crowding(d2, closest); \\
-            const float f = m * $within_reach(d2, cr2), h = m * $within_reach(d2, ar2); \\
-            APART[0][l] -= a * g; APART[1][l] -= b * g; APART[2][l] -= c * g; \\
-            WAY[0][l] += a * f; WAY[1][l] += b * f; WAY[2][l] += c * f; \\
-            COURSE[0][l] += u * h; COURSE[1][l] += v * h; COURSE[2][l] += w * h; \\
-            COHERENT[l] += f; ALIGNED[l] += h; COUNT[l] += m; \\
-            SAME[l] += m * (d2 == 0.0f ? 1.0f : 0.0f); \\
+            float m = $attends(d2, q, L[l], reach2) * (j == K[l] ? 0.0f : 1.0f); \\
+            DO \\
+        } \\
+        AFTER }
+    #define MEET \\
+        const float g = m * $within_reach(d2, sr2) * $crowding(d2, closest); \\
+        const float f = m * $within_reach(d2, cr2), h = m * $within_reach(d2, ar2); \\
+        APART[0][l] -= a * g; APART[1][l] -= b * g; APART[2][l] -= c * g; \\
+        WAY[0][l] += a * f; WAY[1][l] += b * f; WAY[2][l] += c * f; \\
+        COURSE[0][l] += u * h; COURSE[1][l] += v * h; COURSE[2][l] += w * h; \\
+        COHERENT[l] += f; ALIGNED[l] += h; COUNT[l] += m; \\
+        SAME[l] += m * (d2 == 0.0f ? 1.0f : 0.0f);
+    #define COURSES const float u = PU[j]; const float v = PV[j]; const float w = PW[j];
+    #define NUMBER const int number = order[j];
+    #define MEET_ALL(FOLD) EACH(FOLD, COURSES, MEET, )
+    #define MEET_NEAREST(FOLD) EACH(FOLD, COURSES NUMBER, m *= $counts(d2, number, D[l], N[l]); MEET, )
+    // Few are nearer than the last of those found so far: all lanes are asked at once, and one by one where any says so.
+    #define FIND(FOLD) EACH(FOLD, NUMBER, S2[l] = d2; M[l] = m * $counts(d2, number, D[l], N[l]) > 0.0f;, file(number);)
+    #define SCAN(KIND) for (int part = 0; part < 18; ++part) { \\
+        const auto ends = $run_in(theirs.grid, C[0], part / 2, length, part % 2, domain, layout); \\
+        const int from = ends[0], to = ends[1]; \\
+        if (domain.boundary == @PERIODIC@) { \\
+            KIND(a = $folded(a, ex, rx); b = $folded(b, ey, ry); c = $folded(c, ez, rz);) \\
+        } else { \\
+            KIND() \\
         } }
+    // A key is the distance's bits above the number's, so that one comparison orders both; each lane keeps the least, after a 0.
+    constexpr int WIDE = 8;
+    const int kept = (rule.nearest + WIDE - 1) / WIDE * WIDE;
+    const auto all = $everybody();
+    const wp::uint64 last_key = (wp::uint64)wp::cast<wp::uint32>(all.d2) << 32 | (wp::uint32)all.number;
+    wp::uint64 KEYS[B][1 + @MOST@];
+    float D[B], S2[B];
+    int N[B], M[B], n;
+    auto file = [&](int number) {
+        unsigned nearer = 0;
+        LANES nearer |= (unsigned)M[l] << l;
+        for (nearer &= (1u << n) - 1; nearer; nearer &= nearer - 1) {
+            const int l = __builtin_ctz(nearer);
+            const wp::uint64 key = (wp::uint64)wp::cast<wp::uint32>(S2[l]) << 32 | (wp::uint32)number;
+            for (int p = kept - WIDE; p >= 0; p -= WIDE) {
+                wp::uint64 row[WIDE];
+                for (int c = 0; c < WIDE; ++c) {
+                    const wp::uint64 before = KEYS[l][p + c], here = KEYS[l][p + c + 1], lesser = here < key ? here : key;
+                    row[c] = before > lesser ? before : lesser;
+                }
+                for (int c = 0; c < WIDE; ++c) KEYS[l][p + c + 1] = row[c];
+            }
+            const wp::uint64 last = KEYS[l][rule.nearest];
+            D[l] = wp::cast<float>((wp::uint32)(last >> 32)); N[l] = (int)(wp::uint32)last;
+        }
+    };
     int k = begin;
     for (const int stop = end < nobody ? end : nobody; k < stop;) {
         LANES {
@@ -101,21 +149,20 @@ ACCUMULATE = """
             for (int c = 0; c < 3; ++c) APART[c][l] = WAY[c][l] = COURSE[c][l] = 0.0f;
             COHERENT[l] = ALIGNED[l] = COUNT[l] = SAME[l] = 0.0f;
         }
-        int n = 1;
+        n = 1;
         while (n < B && k + n < stop && (wp::uint32)C[n][0] - (wp::uint32)C[0][0] <= (wp::uint32)SPAN && C[n][1] == C[0][1]
                && C[n][2] == C[0][2]) ++n;
         for (int l = n; l < B; ++l) for (int c = 0; c < 3; ++c) { X[c][l] = X[c][0]; V[c][l] = V[c][0]; }
         int far = C[0][0];
         for (int l = 1; l < n; ++l) if ((wp::uint32)C[l][0] - (wp::uint32)C[0][0] > (wp::uint32)far - (wp::uint32)C[0][0]) far = C[l][0];
         const int length = (int)((wp::uint32)far - (wp::uint32)C[0][0]) + 2 * FINE + 1;
-        for (int part = 0; part < 18; ++part) {
-            const auto ends = $run_in(theirs.grid, C[0], part / 2, length, part % 2, domain, layout);
-            const int from = ends[0], to = ends[1];
-            if (domain.boundary == @PERIODIC@) {
-                SCAN(a = $folded(a, ex, rx); b = $folded(b, ey, ry); c = $folded(c, ez, rz);)
-            } else {
-                SCAN()
-            }
+        LANES { D[l] = all.d2; N[l] = all.number; }
+        if (rule.nearest > 0) {
+            LANES { KEYS[l][0] = 0; for (int p = 1; p <= kept; ++p) KEYS[l][p] = last_key; }
+            SCAN(FIND)
+            SCAN(MEET_NEAREST)
+        } else {
+            SCAN(MEET_ALL)
         }
         for (int l = 0; l < n; ++l) {
             const int i = mine.grid.order.data[k + l];
@@ -124,8 +171,10 @@ ACCUMULATE = """
             company.way = vec(WAY[0][l], WAY[1][l], WAY[2][l]);
             company.course = vec(COURSE[0][l], COURSE[1][l], COURSE[2][l]);
             company.coherent = COHERENT[l]; company.aligned = ALIGNED[l];
+            auto last = all;
+            last.d2 = D[l]; last.number = N[l];
             if (SAME[l] > 0.0f) company.apart = company.apart
-                + $part_coincident(vec(X[0][l], X[1][l], X[2][l]), k + l, own, i, C[l], theirs, domain, layout, rule);
+                + $part_coincident(vec(X[0][l], X[1][l], X[2][l]), k + l, own, i, last, C[l], theirs, domain, layout, rule);
             const vec f = $flock_force(vec(V[0][l], V[1][l], V[2][l]), company, rule);
             for (int c = 0; c < 3; ++c) steering.data[i + (size_t)c * T] += f[c];
             neighbors.data[i] += (int)COUNT[l];
@@ -134,10 +183,13 @@ ACCUMULATE = """
     }
 """
 FORMULAS = (attends, within_reach, crowding, view_limit, flock_force, folded, layout_in, cell_in, run_in, part_coincident, no_company)
+FORMULAS += (counts, everybody)
+MACROS = ("LANES", "EACH", "MEET", "COURSES", "NUMBER", "MEET_ALL", "MEET_NEAREST", "FIND", "SCAN")
 ACCUMULATE = ACCUMULATE.replace("@FINE@", str(FINE)).replace("@SPAN@", str(LONGEST_SPAN)).replace("@PERIODIC@", str(PERIODIC))
+ACCUMULATE = ACCUMULATE.replace("@MOST@", str(MOST_NEAREST)).replace("\n    #define", "\n#define")
 
 
-@wp.func_native(snippet(ACCUMULATE.replace("\n    #define", "\n#define"), *FORMULAS) + "#undef LANES\n#undef SCAN\n")
+@wp.func_native(snippet(ACCUMULATE, *FORMULAS) + "".join(f"#undef {macro}\n" for macro in MACROS))
 def accumulate_flock_range(
     begin: int,
     end: int,

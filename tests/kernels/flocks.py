@@ -5,7 +5,7 @@ import warp as wp
 
 import warpsim
 from warpsim.kernels.domain import cell_in, fold, layout_in, run_in
-from warpsim.kernels.flock import Crowd, attends, view_limit
+from warpsim.kernels.flock import Crowd, Rules, attends, counts, everybody, find_horizon, view_limit
 from warpsim.kernels.grid import FINE
 
 FLAT = {"min": [-1e3, -1e3, -1e3], "max": [1e3, 1e3, 1e3]}
@@ -22,7 +22,7 @@ def flock(folder, x, v=None, more=None, fps=60, substeps=1, gravity=(0, 0, 0), *
 
 
 @wp.kernel(module="unique")
-def note_neighbors(first: int, own: int, reach2: float, cosine: float, crowd: Crowd, found_out: wp.array2d[int], met_out: wp.array[int]):
+def note_neighbors(first: int, rules: wp.array[Rules], crowd: Crowd, found_out: wp.array2d[int], met_out: wp.array[int]):
     """Note whom the boid at each place has for neighbors, in the order in which they are met."""
     k = first + wp.tid()
     domain = crowd.domain[0]
@@ -32,13 +32,17 @@ def note_neighbors(first: int, own: int, reach2: float, cosine: float, crowd: Cr
     x = wp.vec3(crowd.sorted[0, k], crowd.sorted[1, k], crowd.sorted[2, k])
     v = wp.vec3(crowd.sorted[3, k], crowd.sorted[4, k], crowd.sorted[5, k])
     i = crowd.grid.order[k]
+    rule = rules[0]
+    last = everybody()
+    if rule.nearest > 0:
+        last = find_horizon(k, 1, rule, crowd, crowd, cell_in(x, domain, layout), layout)
     met_out[i] = 0
     for part in range(18):
         ends = run_in(crowd.grid, cell_in(x, domain, layout), part // 2, 2 * FINE + 1, part % 2, domain, layout)
         for j in range(ends[0], ends[1]):
             d = fold(wp.vec3(crowd.sorted[0, j], crowd.sorted[1, j], crowd.sorted[2, j]) - x, domain)
-            m = attends(wp.dot(d, d), wp.dot(d, v), view_limit(cosine, wp.dot(v, v)), reach2)
-            if m > 0.0 and j != k:
+            m = attends(wp.dot(d, d), wp.dot(d, v), view_limit(rule.cosine, wp.dot(v, v)), rule.reach2)
+            if m * counts(wp.dot(d, d), crowd.grid.order[j], last.d2, last.number) > 0.0 and j != k:
                 found_out[i, met_out[i]] = crowd.grid.order[j]
                 met_out[i] = met_out[i] + 1
 
@@ -46,10 +50,9 @@ def note_neighbors(first: int, own: int, reach2: float, cosine: float, crowd: Cr
 def found_neighbors(sim) -> list[list[int]]:
     """Return whom each boid of `f` has for neighbors by the grid, in the order in which they are met."""
     system = sim.systems["f"]
-    count, device, rules = system.point_count, system.device, system._attention["f"]._rules.numpy()[0]
+    count, device, rules = system.point_count, system.device, system._attention["f"]._rules
     found = wp.full((max(count, 1), max(4 * count, 1)), -1, dtype=int, device=device)
     met = wp.zeros(max(count, 1), dtype=int, device=device)
     if count:
-        inputs = [0, 1, float(rules["reach2"]), float(rules["cosine"]), system.crowd.row, found, met]
-        wp.launch(note_neighbors, count, inputs, device=device)
+        wp.launch(note_neighbors, count, [0, rules, system.crowd.row, found, met], device=device)
     return [list(map(int, row[:n])) for row, n in zip(found.numpy(), met.numpy(), strict=True)][:count]

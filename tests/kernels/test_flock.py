@@ -33,8 +33,8 @@ def configurations():
         yield number, x.astype(np.float32), rng.normal(size=(count, 3)).astype(np.float32), domain, view
 
 
-def brute_force(x, v, domain, view, reach=1.0):
-    """By the float32 arithmetic of the kernels, so that one at the very reach is judged the same."""
+def brute_force(x, v, domain, view, nearest=None, reach=1.0):
+    """By the float32 arithmetic of the kernels, so that one at the very reach is judged the same, and so are two as far as each other."""
     size = np.array([b - a for a, b in zip(domain["min"], domain["max"], strict=True)]).astype(np.float32)
     rate = np.where(size > 0, np.float32(1) / np.where(size > 0, size, 1).astype(np.float32), 0).astype(np.float32)
     cosine = np.float32(np.cos(np.radians(0.5 * view))) if view < 360 else np.float32(-2)
@@ -50,7 +50,8 @@ def brute_force(x, v, domain, view, reach=1.0):
         with np.errstate(over="ignore"):
             seen = (d2 < np.float32(reach**2)) & (q * np.abs(q) >= limit * d2)
         seen[i] = False
-        found.append(set(np.flatnonzero(seen).tolist()))
+        j = np.flatnonzero(seen)
+        found.append(set(j[np.lexsort((j, d2[j]))][:nearest].tolist()))
     return found
 
 
@@ -63,6 +64,19 @@ def test_neighbors_are_those_of_brute_force_and_each_once(tmp_path, device):
             assert [set(row) for row in met] == expected and all(len(set(row)) == len(row) for row in met), (number, domain, view)
             orders.append(met)
         assert all(order == orders[0] for order in orders)
+
+
+def test_the_nearest_are_those_of_brute_force_and_what_they_make_a_boid_do_has_the_same_bits(tmp_path, device):
+    for number, x, v, domain, view in configurations():
+        nearest = (1, 2, 7, 8, 9, 64)[number % 6]
+        scene = flock(tmp_path, x, v, domain=domain, perception={"radius": 1.0, "field_of_view": view, "nearest": nearest})
+        expected, told = brute_force(x, v, domain, view, nearest), []
+        for native in (True, False) if device == "cpu" else (True,):
+            sim = Simulation(scene, device=device, native=native)
+            told.append((sim.systems["f"].steering.numpy().tobytes(), sim.frame()["f"].neighbors.tobytes()))
+        met = found_neighbors(sim)
+        assert [set(row) for row in met] == expected and all(len(set(row)) == len(row) for row in met), (number, domain, view)
+        assert sim.frame()["f"].neighbors.tolist() == [len(row) for row in met] and all(each == told[0] for each in told), number
 
 
 def cloud(count, seed, size=3.0):
@@ -78,6 +92,10 @@ RULES = [
     (
         {"separation": {"weight": 0.3, "radius": 0.5}, "cohesion": -2, "alignment": {"weight": 4, "radius": 0.8}},
         twin.Rules(1.0, 360, {"separation": 0.3, "cohesion": -2, "alignment": 4}, {"separation": 0.5, "alignment": 0.8}),
+    ),
+    (
+        {"domain": PERIODIC, "perception": {"radius": 1.2, "field_of_view": 300, "nearest": 7}},
+        twin.Rules(1.2, 300, period=(3, 3, 3), nearest=7),
     ),
 ]
 
@@ -107,8 +125,8 @@ def test_an_isolated_boid_feels_nothing_and_two_at_one_point_part(tmp_path, devi
 
 
 @pytest.mark.parametrize("boundary", ["none", "contain", "periodic"])
-@pytest.mark.parametrize("count", [1, 63, 64, 65, 700])
-def test_parts_and_plain_kernels_share_their_bits(count, boundary, monkeypatch, tmp_path):
+@pytest.mark.parametrize(("count", "nearest"), [(1, True), (63, False), (64, True), (65, False), (700, False), (700, True)])
+def test_parts_and_plain_kernels_share_their_bits(count, nearest, boundary, monkeypatch, tmp_path):
     monkeypatch.setattr("warpsim.launch.PARALLEL_FROM", 0)
     x, v = cloud(count, 3)
     x[count // 2 :: 9] = x[count // 3]  # some at one place
@@ -118,7 +136,7 @@ def test_parts_and_plain_kernels_share_their_bits(count, boundary, monkeypatch, 
         "turn_rate": 200,
         "max_force": 5,
         "coupling": {"alpha": 0.1},
-        "perception": {"radius": 1.0, "field_of_view": 200},
+        "perception": {"radius": 1.0, "field_of_view": 200} | ({"nearest": 5} if nearest else {}),
     }
     more = {"flow": [{"type": "uniform", "velocity": [0.3, 0, 0]}], "colliders": [{"type": "sphere", "center": [1, 1, 1], "radius": 0.4}]}
     scene, hashes = flock(tmp_path, x, v, domain=domain, more=more, **keys), set()

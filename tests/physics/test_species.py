@@ -131,3 +131,17 @@ def test_mistakes(systems, words):
     with pytest.raises(Exception, match=words):
         simulate(systems)
     assert SceneError
+
+
+def test_of_another_flock_only_the_nearest_count(tmp_path, device):
+    """A hunter at the origin goes for the mean of the nearest of three: a sum of three at most and a quotient, 3 roundings of 4 m."""
+    prey = np.array([[3, 0, 0], [0, 2, 0], [0, 0, 4]], np.float32)
+    for name, place in (("prey", prey), ("hunters", np.zeros((1, 3), np.float32))):
+        np.savez(tmp_path / f"{name}.npz", position=place, velocity=np.zeros_like(place))
+    alone = {"type": "flock", "perception": {"radius": 5.0}}
+    for nearest, way in ((None, [1, 2 / 3, 4 / 3]), (1, [0, 2, 0]), (2, [1.5, 1, 0])):
+        attention = {"cohesion": 1, **({"nearest": nearest} if nearest else {})}
+        hunters = {**alone, "count": 1, "start": {"file": str(tmp_path / "hunters.npz")}, "attends": {"prey": attention}}
+        systems = {"prey": {**alone, "count": 3, "start": {"file": str(tmp_path / "prey.npz")}}, "hunters": hunters}
+        sim = simulate(systems, device=device)
+        assert np.abs(sim.systems["hunters"].steering.numpy()[:, 0] - way).max() < 1e-6

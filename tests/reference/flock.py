@@ -14,6 +14,7 @@ class Rules:
     weights: dict = field(default_factory=lambda: {"separation": 1.0, "cohesion": 1.0, "alignment": 1.0})
     radii: dict = field(default_factory=dict)
     period: tuple = (0.0, 0.0, 0.0)  # edges of a periodic domain, 0 along an axis that is not
+    nearest: int | None = None  # how many of those seen count
 
 
 def differences(x: np.ndarray, rules: Rules) -> np.ndarray:
@@ -26,12 +27,17 @@ def differences(x: np.ndarray, rules: Rules) -> np.ndarray:
 
 
 def sees(d: np.ndarray, v: np.ndarray, rules: Rules) -> np.ndarray:
-    """Return whether i has j for a neighbor, (n, n): within reach, at an angle of at most half the field of view, and not itself."""
+    """Return whether i has j for a neighbor, (n, n): within reach, at an angle of at most half the field of view, and not itself; of these
+    all, or the nearest."""
     distance = np.linalg.norm(d, axis=2)
     ahead = (d * v[:, None]).sum(axis=2)
     half = np.cos(np.radians(0.5 * rules.field_of_view))
     in_view = ahead >= half * distance * np.linalg.norm(v, axis=1)[:, None] if rules.field_of_view < 360 else np.ones_like(distance, bool)
-    return (distance < rules.radius) & in_view & ~np.eye(len(d), dtype=bool)
+    seen = (distance < rules.radius) & in_view & ~np.eye(len(d), dtype=bool)
+    if rules.nearest is not None:
+        rank = np.argsort(np.argsort(np.where(seen, distance, np.inf), axis=1, kind="stable"), axis=1, kind="stable")
+        seen &= rank < rules.nearest
+    return seen
 
 
 def forces(x: np.ndarray, v: np.ndarray, rules: Rules) -> np.ndarray:

@@ -12,6 +12,7 @@ from warpsim.scene.particles import Drag, Feels, StokesDrag, System, repeated_na
 from warpsim.scene.steering import BehaviorUnion
 
 Distance = Annotated[Number, Field(gt=0.0, le=1e9)]
+Nearest = Annotated[WholeNumber, Field(ge=1, le=64)]
 Speed = Annotated[Number, Field(ge=0.0, le=1e9)]
 FlockCoupling = one_of_forms({"alpha": Drag, "viscosity": StokesDrag}, lambda value: form_by_key(value, ("alpha", "viscosity")))
 
@@ -47,6 +48,7 @@ class Perception(Spec):
 
     radius: Distance = Field(description="How far [m].")
     field_of_view: Annotated[Number, Field(ge=0.0, le=360.0)] = Field(360.0, description="The full angle round its heading [degrees].")
+    nearest: Nearest | None = Field(None, description="How many of those count, the nearest; absent: all [1].")
 
 
 class Rule(ShortSpec):
@@ -67,6 +69,7 @@ class Attends(Spec):
     field_of_view: Annotated[Number, Field(ge=0.0, le=360.0)] | None = Field(
         None, description="The full angle round the heading; absent: as for its own [degrees]."
     )
+    nearest: Nearest | None = Field(None, description="How many of those seen count, the nearest; absent: all [1].")
 
     @property
     def rules(self) -> dict[str, Rule]:

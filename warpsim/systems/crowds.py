@@ -50,9 +50,10 @@ class Attention:
         yield Stage("flock", flock.accumulate_flock, steering.shape[1], inputs, flock_loops.accumulate_flock)
 
 
-def rule_row(rules: dict, radius: float, field_of_view: float, key: wp.vec2ui) -> flock.Rules:
-    """Return the row of the three rules, of what is seen within a radius [m] and a field of view [degrees]."""
+def rule_row(rules: dict, radius: float, field_of_view: float, nearest: int | None, key: wp.vec2ui) -> flock.Rules:
+    """Return the row of the three rules, of what is seen within a radius [m] and a field of view [degrees]: all, or the nearest."""
     row = flock.Rules()
+    row.nearest = nearest or 0
     row.reach2, row.closest, row.key = radius**2, 1e-3 * radius, key
     row.cosine = math.cos(math.radians(0.5 * field_of_view)) if field_of_view < 360.0 else flock.EVERYTHING
     for name, rule in rules.items():

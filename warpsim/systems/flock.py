@@ -54,12 +54,12 @@ class Flock(LastingSystem):
 
     def _rule_rows(self, spec) -> dict[str, flock.Rules]:
         """Return what its boids do because of each other, and of the flocks that it attends to, by name."""
-        own = rule_row(spec.rules, spec.perception.radius, spec.perception.field_of_view, self._key)
+        own = rule_row(spec.rules, spec.perception.radius, spec.perception.field_of_view, spec.perception.nearest, self._key)
         rows = {self.name: own}
         for name, one in spec.attends.items():
             radius = one.radius or spec.perception.radius
             view = spec.perception.field_of_view if one.field_of_view is None else one.field_of_view
-            rows[name] = rule_row(one.rules, radius, view, self._key)
+            rows[name] = rule_row(one.rules, radius, view, one.nearest, self._key)
         return rows
 
     def _vicsek_row(self, spec) -> flight.Vicsek:
