@@ -14,8 +14,8 @@ from warpsim.scene.strengths import Formula, Keyframes, Sine
 # What arrays, graphs and identities are built from.
 FIXED = frozenset(
     (
-        "name description seed fps substeps prewarm capacity motion solver type interval start stop burst feels memory law model fill "
-        "answers octaves max_substeps action side min_speed points springs generator pins iterations resolution corner edges "
+        "name description seed fps substeps prewarm capacity count motion solver type interval start stop burst feels memory law model "
+        "fill answers octaves max_substeps action side min_speed points springs generator pins iterations resolution corner edges "
         "triangles chains part"
     ).split()
 )

@@ -183,6 +183,8 @@ def check_memory(scene: Scene, free: int) -> None:
 
 def _size(system) -> str:
     """Return how large a system is, in words."""
+    if isinstance(system, Flock):
+        return f"{system.count} boids"
     if not isinstance(system, Network):
         return str(system.capacity)
     return "a mesh's points" if system.point_count is None else f"{system.point_count} points"

@@ -11,7 +11,7 @@ from warpsim.scene.nearest import listed, nearest
 from warpsim.scene.particles import Drag, Feels, StokesDrag, System, repeated_names
 from warpsim.scene.steering import BehaviorUnion
 
-Distance = Annotated[Number, Field(gt=0.0, le=1e9)]
+Distance = Annotated[Number, Field(ge=1e-6, le=1e9)]  # the least: float32 holds the squares of a thousandth of it
 Nearest = Annotated[WholeNumber, Field(ge=1, le=64)]
 Speed = Annotated[Number, Field(ge=0.0, le=1e9)]
 FlockCoupling = one_of_forms({"alpha": Drag, "viscosity": StokesDrag}, lambda value: form_by_key(value, ("alpha", "viscosity")))
@@ -231,6 +231,18 @@ def attention_mistakes(scene: Any) -> list[Mistake]:
     return found
 
 
+def outlying_mistakes(scene: Any) -> list[Mistake]:
+    """Return a mistake for each corner of a flock's domain that lies beyond the scene's extent: boids there count as lost."""
+    return [
+        Mistake(("systems", name, "domain", end, axis), f"lies beyond limits.extent, {scene.limits.extent:g} m", ("limits",))
+        for name, spec in scene.systems.items()
+        if isinstance(spec, Flock) and spec.domain
+        for end in ("min", "max")
+        for axis in range(3)
+        if abs(getattr(spec.domain, end)[axis]) > scene.limits.extent
+    ]
+
+
 def _boundary(flock: Flock) -> str:
     return flock.domain.boundary if flock.domain else "none"
 
@@ -270,7 +282,9 @@ def _steering_mistakes(flock: Flock) -> list[Mistake]:
     found = repeated_names("steering", flock.steering)
     for k, one in enumerate(flock.steering):
         if one.type == "leader" and (one.boid is None) == (one.target is None):
-            found.append(Mistake(("steering", k), "give either the number of a boid that leads, or a target", ("steering",)))
+            found.append(
+                Mistake(("steering", k), "give either the number of a boid that leads, or a target", ("steering", ("steering", k)))
+            )
         elif one.type == "leader" and one.boid is not None and one.boid >= flock.count:
             message = f"there is no boid {one.boid}: there are {flock.count}, counted from 0"
             found.append(Mistake(("steering", k, "boid"), message, ("steering", "count")))

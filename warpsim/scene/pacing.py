@@ -47,6 +47,12 @@ def pacing_mistakes(scene) -> list[Mistake]:
     found = []
     for name, spec in scene.systems.items():
         place = ("systems", name)
+        if spec.type == "flock":
+            if (spec.substeps or scene.time.substeps) == "auto":
+                where = (*place, "substeps") if spec.substeps else ("time", "substeps")
+                words = "auto asks what springs stand or what a solver's error is, and a flock has neither: give a number"
+                found.append(Mistake(where, words if spec.substeps else f"{words} (systems.{name}.substeps)", ("substeps",)))
+            continue
         if spec.type != "particles":
             if (spec.substeps or scene.time.substeps) == "auto" and spec.method == "euler" and not is_damped(spec):
                 where = (*place, "substeps") if spec.substeps else ("time", "substeps")

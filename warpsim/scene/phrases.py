@@ -90,7 +90,9 @@ def shortened(text: str) -> str:
 
 def number(value: float) -> str:
     """Write a number as a user would."""
-    return str(int(value)) if float(value).is_integer() and abs(value) < 1e6 else f"{value:g}"
+    short = f"{value:g}"
+    exact = abs(value) < 1e6 or (abs(value) < 1e12 and float(short) != value)  # 16777216, but 1e+09
+    return str(int(value)) if float(value).is_integer() and exact else short
 
 
 def range_in_words(slot: Slot, broken: str = "") -> str:

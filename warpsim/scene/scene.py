@@ -8,7 +8,7 @@ from warpsim.scene.base import Mistake, Name, Number, Spec, Vec3, WholeNumber, m
 from warpsim.scene.camera import Camera
 from warpsim.scene.colliders import ColliderUnion
 from warpsim.scene.events import event_mistakes
-from warpsim.scene.flocks import attention_mistakes
+from warpsim.scene.flocks import attention_mistakes, outlying_mistakes
 from warpsim.scene.flow import FlowUnion
 from warpsim.scene.forces import ForceUnion, pair_mistakes
 from warpsim.scene.nearest import listed, nearest
@@ -72,7 +72,7 @@ class Scene(Spec):
                     words = f"knows gravity only, but the scene has {key} (add feels: {{{key}: false}} to ignore them)"
                     found.append(Mistake(("systems", name, "motion"), f"motion: ballistic {words}", (key,)))
         found += event_mistakes(self)
-        found += pair_mistakes(self.forces, self.systems) + pacing_mistakes(self) + attention_mistakes(self)
+        found += pair_mistakes(self.forces, self.systems) + pacing_mistakes(self) + attention_mistakes(self) + outlying_mistakes(self)
         found += _lost_controls(self) + misfit_oracles(self)
         if found:
             raise mistakes(found)

@@ -7,7 +7,7 @@ from pydantic import Field
 from warpsim.scene.base import Name, Number, Spec, Truth, Vec3, WholeNumber, one_of_types
 from warpsim.scene.colliders import AnyCourse
 
-Length = Annotated[Number, Field(gt=0.0, le=1e9)]
+Length = Annotated[Number, Field(ge=1e-6, le=1e9)]
 Seconds = Annotated[Number, Field(ge=0.0, le=1e6)]
 GOAL = "Where the goal is: three strengths (each a number, keyframes, a sine or an expression), or keyframes of all three [m]."
 

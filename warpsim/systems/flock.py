@@ -30,7 +30,7 @@ class Flock(LastingSystem):
 
     def __init__(self, name: str, spec, scene: Scene, environment: Environment, clock: wp.array, earlier: Mapping):
         count = 1 if (spec.substeps or scene.time.substeps) == "auto" else spec.substeps or scene.time.substeps
-        place, velocity = starting_state(name, spec)
+        place, velocity = starting_state(name, spec, scene.limits.extent)
         fields = NEIGHBORS | (SWIMMING if spec.coupling else {})
         super().__init__(name, spec, scene, environment, clock, count, place, velocity, np.full(spec.count, spec.mass), fields)
         self.resolve_contacts()
@@ -94,8 +94,11 @@ class Flock(LastingSystem):
             yield from self._behaviors.stages(s)
             yield self._advance(s)
             yield from self.resolve(s)
-            yield Stage("domain", flight.project_domain, self.population.capacity, (self.point_count, self.domain, self.particles))
         yield from self.points.stages(self.clock)
+
+    def confine(self) -> Iterator[Stage]:
+        """Yield the stage that keeps the boids in their domain."""
+        yield Stage("domain", flight.project_domain, self.population.capacity, (self.point_count, self.domain, self.particles))
 
     def _gathering(self, native: bool) -> Iterator[Stage]:
         """Yield the stages that add up in `steering` what the boids do for the sake of those whom they see."""

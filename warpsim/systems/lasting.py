@@ -97,8 +97,13 @@ class LastingSystem(ABC):
             return
         count, population, row = self.point_count, self.population, self.surroundings.row
         yield from self.contacts(s, self._always)
+        yield from self.confine()
         if s == self.pace.substep_count - 1:
             yield Stage("points", points.mark_faults, population.capacity, (count, row, self.particles, population.counters))
+
+    def confine(self) -> Iterator[Stage]:
+        """Yield the stages that bring back, after contacts, who may not leave some part of the world; none, unless a system has one."""
+        yield from ()
 
     def contacts(self, s: int, asked: wp.array) -> Iterator[Stage]:
         """Yield the stage that leads the points past colliders on their way since begin(), if `asked`, on the device, is 1."""
