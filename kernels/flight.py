@@ -17,6 +17,7 @@ from warpsim.kernels.points import started
 from warpsim.kernels.random import POSITION, VELOCITY, random_words, uniform
 
 NO_LIMIT = 1.0e30
+LEAST = wp.constant(1.0e-37)  # below any square that counts, so that no branch has to guard a root or a quotient
 NOISE = 10  # channel of the headings' random turns (random.py has the others)
 INVERSE_TURN = wp.constant(0.15915494309189535)  # 1/2π
 
@@ -72,44 +73,85 @@ def emit_flock(first: int, count: int, key: wp.vec2ui, speed: float, domain: wp.
         write3(particles_out.velocity, i, emit_heading(random_words(key, wp.int64(i), VELOCITY), domain[0]) * speed)
 
 
-@wp.func
+@wp.func(inline=True)
 def limit_force(f: wp.vec3, strongest: float) -> wp.vec3:
     """Return a force of at most a strength [N], in its direction."""
     square = wp.dot(f, f)
-    if square > strongest * strongest:
-        return f * (strongest / wp.sqrt(square))
-    return f
+    return f * wp.where(square > strongest * strongest, strongest / wp.sqrt(wp.max(square, LEAST)), 1.0)
 
 
-@wp.func
+@wp.func(inline=True)
+def any_across(n: wp.vec3) -> wp.vec3:
+    """Return a vector at right angles to a unit vector, of length 0.4 at least."""
+    upright = wp.where(wp.abs(n[1]) < 0.9, 1.0, 0.0)
+    return wp.cross(wp.vec3(1.0 - upright, upright, 0.0), n)
+
+
+@wp.func(inline=True)
 def limit_turn(v0: wp.vec3, v: wp.vec3, cosine: float, sine: float) -> wp.vec3:
     """Return v turned back toward v0 so far that the angle between them is at most the largest; its length stays."""
     a = wp.dot(v0, v0)
     b = wp.dot(v, v)
-    if cosine < -1.0 or a == 0.0 or b == 0.0 or wp.dot(v0, v) >= cosine * wp.sqrt(a) * wp.sqrt(b):
-        return v
-    ahead = v0 / wp.sqrt(a)
+    speed = wp.sqrt(a)
+    length = wp.sqrt(b)
+    ahead = v0 / wp.sqrt(wp.max(a, LEAST))
     aside = v - ahead * wp.dot(ahead, v)
     square = wp.dot(aside, aside)
-    if square < 1.0e-12 * b:  # right about: any way round
-        axis = wp.where(wp.abs(ahead[1]) < 0.9, wp.vec3(0.0, 1.0, 0.0), wp.vec3(1.0, 0.0, 0.0))
-        aside = wp.cross(axis, ahead)
-        square = wp.dot(aside, aside)
-    return (ahead * cosine + aside * (sine / wp.sqrt(square))) * wp.sqrt(b)
+    other = any_across(ahead)
+    back = wp.where(square < 1.0e-12 * b, 1, 0)  # right about: any way round
+    ax = wp.where(back == 1, other[0], aside[0])
+    ay = wp.where(back == 1, other[1], aside[1])
+    az = wp.where(back == 1, other[2], aside[2])
+    square = wp.where(back == 1, wp.dot(other, other), square)
+    most = (ahead * cosine + wp.vec3(ax, ay, az) * (sine / wp.sqrt(wp.max(square, LEAST)))) * length
+    turns = wp.where(cosine >= -1.0, 1, 0) * wp.where(a > 0.0, 1, 0) * wp.where(b > 0.0, 1, 0)
+    turns = turns * wp.where(wp.dot(v0, v) < cosine * speed * length, 1, 0)
+    return wp.vec3(wp.where(turns == 1, most[0], v[0]), wp.where(turns == 1, most[1], v[1]), wp.where(turns == 1, most[2], v[2]))
 
 
-@wp.func
+@wp.func(inline=True)
 def limit_speed(v0: wp.vec3, v: wp.vec3, slowest: float, fastest: float) -> wp.vec3:
     """Return v with a speed within the band [m/s]; who stands still goes where it went before."""
     square = wp.dot(v, v)
-    if square > fastest * fastest:
-        return v * (fastest / wp.sqrt(square))
-    if square < slowest * slowest:
-        if square > 0.0:
-            return v * (slowest / wp.sqrt(square))
-        if wp.dot(v0, v0) > 0.0:
-            return wp.normalize(v0) * slowest
-    return v
+    before = wp.dot(v0, v0)
+    limit = wp.where(square > fastest * fastest, fastest, slowest)
+    beyond = wp.where(square > fastest * fastest, 1, 0) + wp.where(square < slowest * slowest, 1, 0)
+    still = wp.where(square > 0.0, 0, 1) * wp.where(before > 0.0, 1, 0)
+    x = wp.where(still == 1, v0[0], v[0])
+    y = wp.where(still == 1, v0[1], v[1])
+    z = wp.where(still == 1, v0[2], v[2])
+    scale = limit / wp.sqrt(wp.max(wp.where(still == 1, before, square), LEAST))
+    return wp.vec3(wp.where(beyond > 0, x * scale, v[0]), wp.where(beyond > 0, y * scale, v[1]), wp.where(beyond > 0, z * scale, v[2]))
+
+
+@wp.func
+def fly(
+    i: int,
+    pace: Pace,
+    environment: Environment,
+    bounds: Limits,
+    steering: wp.array2d[float],
+    particles_inout: Particles,
+    swimming_out: wp.array2d[float],
+):
+    """Let steering, forces and the flow act on boid i for substep pace.first, within its limits, and move it: kick, then drift."""
+    moment = 2 * pace.first
+    x = read3(particles_inout.position, i)
+    v0 = read3(particles_inout.velocity, i)
+    inverse_mass = 1.0 / particles_inout.mass[i]
+    a = sample_felt_acceleration(environment, moment, inverse_mass, x)
+    a = a + limit_force(read3(steering, i), bounds.strongest) * inverse_mass
+    u = sample_flow(environment.flow, moment, x)
+    k = drag_rate(environment.alpha, environment.viscosity, particles_inout.radius[i], inverse_mass)
+    v = kick(v0, u, a, k, pace.dt)
+    carried = u * wp.where(swimming_out.shape[1] > 0, 1.0, 0.0)  # who is carried turns and swims through what carries it
+    w = limit_turn(v0 - carried, v - carried, bounds.turn_cosine, bounds.turn_sine)
+    w = limit_speed(v0 - carried, w, bounds.slowest, bounds.fastest)
+    if swimming_out.shape[1] > 0:
+        write3(swimming_out, i, w)
+    v = w + carried
+    write3(particles_inout.velocity, i, v)
+    write3(particles_inout.position, i, drift(x, v, pace.dt))
 
 
 @wp.kernel(enable_backward=False)
@@ -125,27 +167,10 @@ def advance_flock(
     particles_inout: Particles,
     swimming_out: wp.array2d[float],
 ):
-    """Let steering, forces and the flow act on every boid for substep pace.first, within its limits, and move it: kick, then drift."""
+    """Move every boid through substep pace.first."""
     i = first + wp.tid()
     if i < count and started(clock, opening):
-        moment = 2 * pace.first
-        x = read3(particles_inout.position, i)
-        v0 = read3(particles_inout.velocity, i)
-        inverse_mass = 1.0 / particles_inout.mass[i]
-        bounds = limits[0]
-        a = sample_felt_acceleration(environment[0], moment, inverse_mass, x)
-        a = a + limit_force(read3(steering, i), bounds.strongest) * inverse_mass
-        u = sample_flow(environment[0].flow, moment, x)
-        k = drag_rate(environment[0].alpha, environment[0].viscosity, particles_inout.radius[i], inverse_mass)
-        v = kick(v0, u, a, k, pace.dt)
-        carried = u * wp.where(swimming_out.shape[1] > 0, 1.0, 0.0)  # who is carried turns and swims through what carries it
-        w = limit_turn(v0 - carried, v - carried, bounds.turn_cosine, bounds.turn_sine)
-        w = limit_speed(v0 - carried, w, bounds.slowest, bounds.fastest)
-        if swimming_out.shape[1] > 0:
-            write3(swimming_out, i, w)
-        v = w + carried
-        write3(particles_inout.velocity, i, v)
-        write3(particles_inout.position, i, drift(x, v, pace.dt))
+        fly(i, pace, environment[0], limits[0], steering, particles_inout, swimming_out)
 
 
 @wp.func
@@ -199,33 +224,39 @@ def advance_vicsek(
             write3(particles_inout.velocity, i, heading * mode[0].speed)
 
 
+@wp.func(inline=True)
+def reflected_place(x: float, low: float, edge: float) -> float:
+    """Return a coordinate thrown back by the two walls of an axis [m]; who is far beyond stops at the wall."""
+    below = wp.min(low + (low - x), low + edge)
+    above = wp.max(low + edge - (x - (low + edge)), low)
+    return wp.where(x < low, below, wp.where(x > low + edge, above, x))
+
+
+@wp.func(inline=True)
+def reflected_speed(x: float, v: float, low: float, edge: float) -> float:
+    """Return the velocity along an axis of who is thrown back at x by its walls [m/s]."""
+    return wp.where(x < low, wp.abs(v), wp.where(x > low + edge, -wp.abs(v), v))
+
+
 @wp.func
-def reflect(x: float, v: float, low: float, edge: float) -> wp.vec2:
-    """Return a coordinate and its velocity thrown back by the two walls of an axis; who is far beyond stops at the wall."""
-    y = x
-    w = v
-    if x < low:
-        y = wp.min(low + (low - x), low + edge)
-        w = wp.abs(v)
-    elif x > low + edge:
-        y = wp.max(low + edge - (x - (low + edge)), low)
-        w = -wp.abs(v)
-    return wp.vec2(y, w)
+def project_boid(i: int, domain: Domain, particles_inout: Particles):
+    """Keep boid i in the domain: thrown back by its walls, or come in on the other side."""
+    x = read3(particles_inout.position, i)
+    if domain.boundary == PERIODIC:
+        write3(particles_inout.position, i, wrap(x, domain))
+    elif domain.boundary == CONTAIN:
+        low = domain.low
+        size = domain.size
+        for axis in range(3):
+            if size[axis] > 0.0:
+                v = particles_inout.velocity[axis, i]
+                particles_inout.position[axis, i] = reflected_place(x[axis], low[axis], size[axis])
+                particles_inout.velocity[axis, i] = reflected_speed(x[axis], v, low[axis], size[axis])
 
 
 @wp.kernel(enable_backward=False)
 def project_domain(first: int, count: int, domain: wp.array[Domain], particles_inout: Particles):
-    """Keep every boid in the domain: thrown back by its walls, or come in on the other side."""
+    """Keep every boid in the domain."""
     i = first + wp.tid()
     if i < count and domain[0].boundary > 0:
-        x = read3(particles_inout.position, i)
-        if domain[0].boundary == PERIODIC:
-            write3(particles_inout.position, i, wrap(x, domain[0]))
-        elif domain[0].boundary == CONTAIN:
-            low = domain[0].low
-            size = domain[0].size
-            for axis in range(3):
-                if size[axis] > 0.0:
-                    back = reflect(x[axis], particles_inout.velocity[axis, i], low[axis], size[axis])
-                    particles_inout.position[axis, i] = back[0]
-                    particles_inout.velocity[axis, i] = back[1]
+        project_boid(i, domain[0], particles_inout)

@@ -131,14 +131,6 @@ def mark_flock(first: int, crowd: Crowd, position: wp.array2d[float], grid_out: 
         grid_out.bucket[i] = bucket
 
 
-@wp.kernel(enable_backward=False)
-def clear_steering(first: int, steering_out: wp.array2d[float], neighbors_out: wp.array[int]):
-    """Begin to add up what boids do and whom they see: nothing yet."""
-    i = first + wp.tid()
-    write3(steering_out, i, wp.vec3())
-    neighbors_out[i] = 0
-
-
 @wp.func
 def no_company() -> Company:
     """Return the company of who is alone."""
@@ -241,6 +233,40 @@ def gather_company(k: int, slot: int, own: int, rules: Rules, mine: Crowd, their
     return company
 
 
+@wp.func
+def steer_boid(
+    k: int,
+    own: int,
+    rules: Rules,
+    mine: Crowd,
+    theirs: Crowd,
+    layout: Layout,
+    nobody: int,
+    steering_inout: wp.array2d[float],
+    neighbors_inout: wp.array[int],
+):
+    """Add what its neighbors make the boid at place k do [N], and count them; from place `nobody` on nobody is near; own = 1: begin."""
+    i = mine.grid.order[k]
+    f = wp.vec3()
+    count = int(0)
+    if own == 0:
+        f = read3(steering_inout, i)
+        count = neighbors_inout[i]
+    if k < nobody:
+        company = gather_company(k, i, own, rules, mine, theirs, layout)
+        v = wp.vec3(mine.sorted[3, k], mine.sorted[4, k], mine.sorted[5, k])
+        f = f + flock_force(v, company, rules)
+        count = count + int(company.count)
+    write3(steering_inout, i, f)
+    neighbors_inout[i] = count
+
+
+@wp.func
+def first_alone(crowd: Crowd) -> int:
+    """Return the place from which on a crowd has those that nobody is near to: who is not finite."""
+    return crowd.grid.begin[int(layout_in(crowd.grid, crowd.count, crowd.domain[0]).mask) + 1]
+
+
 @wp.kernel(enable_backward=False)
 def accumulate_flock(
     first: int,
@@ -251,14 +277,8 @@ def accumulate_flock(
     steering_inout: wp.array2d[float],
     neighbors_inout: wp.array[int],
 ):
-    """Add what their neighbors among a crowd make the boids of another, or of the same (own = 1), do [N], and count them."""
+    """Add what their neighbors among a crowd make the boids of another do [N], and count them; own = 1: begin anew."""
     k = first + wp.tid()
     if k < mine.count:
         layout = layout_in(theirs.grid, theirs.count, theirs.domain[0])
-        mask = layout_in(mine.grid, mine.count, mine.domain[0]).mask
-        if k < mine.grid.begin[int(mask) + 1]:
-            i = mine.grid.order[k]
-            company = gather_company(k, i, own, rules[0], mine, theirs, layout)
-            v = wp.vec3(mine.sorted[3, k], mine.sorted[4, k], mine.sorted[5, k])
-            write3(steering_inout, i, read3(steering_inout, i) + flock_force(v, company, rules[0]))
-            neighbors_inout[i] = neighbors_inout[i] + int(company.count)
+        steer_boid(k, own, rules[0], mine, theirs, layout, first_alone(mine), steering_inout, neighbors_inout)

@@ -16,16 +16,17 @@ from warpsim.kernels.flock import (
     counts,
     crowding,
     everybody,
+    first_alone,
     flock_force,
-    gather_company,
     no_company,
     part_coincident,
+    steer_boid,
     view_limit,
     within_reach,
 )
 from warpsim.kernels.grid import FINE, LONGEST_RUN, Grid, finite
 from warpsim.kernels.loops import share, snippet
-from warpsim.kernels.planar import read3, write3
+from warpsim.kernels.planar import read3
 
 LONGEST_SPAN = 32  # cells between the first and the last of the lanes
 assert LONGEST_SPAN + 2 * FINE + 1 <= LONGEST_RUN
@@ -69,7 +70,7 @@ ACCUMULATE = """
     const auto rule = rules.data[0];
     const auto domain = theirs.domain.data[0];
     const auto layout = $layout_in(theirs.grid, theirs.count, domain);
-    const int nobody = mine.grid.begin.data[(int)$layout_in(mine.grid, mine.count, mine.domain.data[0]).mask + 1];
+    const int nobody = $first_alone(mine);
     const float reach2 = rule.reach2, sr2 = rule.separation_reach2, cr2 = rule.cohesion_reach2, ar2 = rule.alignment_reach2;
     const float closest = rule.closest, ex = domain.size[0], ey = domain.size[1], ez = domain.size[2];
     const float rx = domain.rate[0], ry = domain.rate[1], rz = domain.rate[2];
@@ -149,6 +150,11 @@ ACCUMULATE = """
             for (int c = 0; c < 3; ++c) APART[c][l] = WAY[c][l] = COURSE[c][l] = 0.0f;
             COHERENT[l] = ALIGNED[l] = COUNT[l] = SAME[l] = 0.0f;
         }
+        LANES {  // what will be stored lies anywhere in memory
+            const int i = mine.grid.order.data[k + l < stop ? k + l : stop - 1];
+            for (int c = 0; c < 3; ++c) __builtin_prefetch(steering.data + i + (size_t)c * T, 1);
+            __builtin_prefetch(neighbors.data + i, 1);
+        }
         n = 1;
         while (n < B && k + n < stop && (wp::uint32)C[n][0] - (wp::uint32)C[0][0] <= (wp::uint32)SPAN && C[n][1] == C[0][1]
                && C[n][2] == C[0][2]) ++n;
@@ -176,14 +182,22 @@ ACCUMULATE = """
             if (SAME[l] > 0.0f) company.apart = company.apart
                 + $part_coincident(vec(X[0][l], X[1][l], X[2][l]), k + l, own, i, last, C[l], theirs, domain, layout, rule);
             const vec f = $flock_force(vec(V[0][l], V[1][l], V[2][l]), company, rule);
-            for (int c = 0; c < 3; ++c) steering.data[i + (size_t)c * T] += f[c];
-            neighbors.data[i] += (int)COUNT[l];
+            for (int c = 0; c < 3; ++c) {
+                float *sum = steering.data + i + (size_t)c * T;
+                *sum = (own ? 0.0f : *sum) + f[c];
+            }
+            neighbors.data[i] = (own ? 0 : neighbors.data[i]) + (int)COUNT[l];
         }
         k += n;
     }
+    if (own) for (; k < end; ++k) {
+        const int i = mine.grid.order.data[k];
+        for (int c = 0; c < 3; ++c) steering.data[i + (size_t)c * T] = 0.0f;
+        neighbors.data[i] = 0;
+    }
 """
 FORMULAS = (attends, within_reach, crowding, view_limit, flock_force, folded, layout_in, cell_in, run_in, part_coincident, no_company)
-FORMULAS += (counts, everybody)
+FORMULAS += (counts, everybody, first_alone)
 MACROS = ("LANES", "EACH", "MEET", "COURSES", "NUMBER", "MEET_ALL", "MEET_NEAREST", "FIND", "SCAN")
 ACCUMULATE = ACCUMULATE.replace("@FINE@", str(FINE)).replace("@SPAN@", str(LONGEST_SPAN)).replace("@PERIODIC@", str(PERIODIC))
 ACCUMULATE = ACCUMULATE.replace("@MOST@", str(MOST_NEAREST)).replace("\n    #define", "\n#define")
@@ -202,14 +216,8 @@ def accumulate_flock_range(
 ):
     """Add what their neighbors make the boids at the places begin … end − 1 do."""
     layout = layout_in(theirs.grid, theirs.count, theirs.domain[0])
-    mask = layout_in(mine.grid, mine.count, mine.domain[0]).mask
     for k in range(begin, end):
-        if k < mine.grid.begin[int(mask) + 1]:
-            i = mine.grid.order[k]
-            company = gather_company(k, i, own, rules[0], mine, theirs, layout)
-            v = wp.vec3(mine.sorted[3, k], mine.sorted[4, k], mine.sorted[5, k])
-            write3(steering, i, read3(steering, i) + flock_force(v, company, rules[0]))
-            neighbors[i] = neighbors[i] + int(company.count)
+        steer_boid(k, own, rules[0], mine, theirs, layout, first_alone(mine), steering, neighbors)
 
 
 @wp.kernel(enable_backward=False)

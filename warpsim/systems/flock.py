@@ -8,7 +8,7 @@ import warp as wp
 
 from warpsim.environment import Environment
 from warpsim.flocks import starting_state
-from warpsim.kernels import flight, flock
+from warpsim.kernels import flight, flight_loops, flock
 from warpsim.launch import Stage
 from warpsim.population import Field
 from warpsim.scene import Scene
@@ -89,7 +89,8 @@ class Flock(LastingSystem):
         yield from self._behaviors.sampling()
         self._native, gathering = native, list(self._gathering(native))
         for s in range(self.pace.substep_count):
-            yield from self.begin()
+            if self.surroundings.has_colliders:
+                yield from self.begin()
             yield from gathering
             yield from self._behaviors.stages(s)
             yield self._advance(s)
@@ -98,13 +99,13 @@ class Flock(LastingSystem):
 
     def confine(self) -> Iterator[Stage]:
         """Yield the stage that keeps the boids in their domain."""
-        yield Stage("domain", flight.project_domain, self.population.capacity, (self.point_count, self.domain, self.particles))
+        inputs = (self.point_count, self.domain, self.particles)
+        yield Stage("domain", flight.project_domain, self.population.capacity, inputs, flight_loops.project_domain, own=True)
 
     def _gathering(self, native: bool) -> Iterator[Stage]:
         """Yield the stages that add up in `steering` what the boids do for the sake of those whom they see."""
         seen = self.population.field("neighbors")
         yield from self.crowd.sorting(native)
-        yield Stage("flock", flock.clear_steering, self.population.capacity, (self.steering, seen))
         for name, attention in self._attention.items():
             theirs = self.crowd if name == self.name else self._others[name]._appearance
             yield from attention.stages(self.crowd, theirs, self.steering, seen)
@@ -116,7 +117,7 @@ class Flock(LastingSystem):
             inputs += (self.domain, self._vicsek, self.steering, self.population.field("neighbors"), self.particles)
             return Stage("advance", flight.advance_vicsek, self.population.capacity, inputs)
         inputs += (self.surroundings.row, self._limits, self.steering, self.particles, self._swimming)
-        return Stage("advance", flight.advance_flock, self.population.capacity, inputs)
+        return Stage("advance", flight.advance_flock, self.population.capacity, inputs, flight_loops.advance_flock, own=True)
 
     @property
     def _swimming(self) -> wp.array:
