@@ -191,3 +191,15 @@ def test_muscles_and_water_are_changed_while_they_run():
     for path in ("muscles.0.part.1", "generator.sections.0.width", "muscles.0.chain"):
         with pytest.raises(FixedField):
             first.change(f"systems.s.{path}", "0.5" if path[-1] != "n" else "right_top")
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_what_limits_a_muscle_knows_its_length_from_the_first_substep_on(solver):
+    """Back and forth gives the same: it pulls in at once, and no length is left over from another moment."""
+    chain = {"type": "chain", "count": 6, "start": [0, 0, 0], "end": [1, 0, 0]}
+    muscle = {"springs": "all", "rest": {"sine": {"mean": 0.8, "amplitude": 0.1, "period": 0.3}}}
+    keys = {"generator": chain, "mass": 0.1, "stiffness": 5.0, "damping": 0.5, "pins": ["start"], "muscles": [muscle]}
+    sim = simulate(**keys, strain_limit=0.15, solver=solver, gravity=(0, -9.81, 0), substeps=4)
+    hashes = [sim.state_hash() for _ in sim.frames(12)]
+    sim.seek(3)
+    assert [sim.state_hash() for _ in sim.frames(9)] == hashes[3:]

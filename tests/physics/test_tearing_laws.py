@@ -102,7 +102,7 @@ def test_seeking_and_sliders_know_what_is_torn():
 
 
 def test_a_run_folder_and_its_replay_know_what_is_torn(tmp_path):
-    scene = network(**BANNER)
+    scene = network(**BANNER, self_collision=True, solver="implicit_euler")
     sim = Simulation(scene, device="cpu")
     sim.run(0.5)
     recorder = Recorder(tmp_path / "run")
@@ -113,7 +113,9 @@ def test_a_run_folder_and_its_replay_know_what_is_torn(tmp_path):
     s = frame["s"]
     with np.load(tmp_path / "run" / "topology.npz") as topology:
         assert (topology["s.springs"] == s.topology["springs"]).all() and (topology["s.triangles"] == s.topology["triangles"]).all()
-    assert "s.torn" in (tmp_path / "run" / "stats.csv").read_text().splitlines()[0]
+    header, *_, last = (line.split(",") for line in (tmp_path / "run" / "stats.csv").read_text().splitlines())
+    told = {f"s.{key}": number for key, number in sim.statistics()["s"].items()}
+    assert dict(zip(header[2:], map(float, last[2:]), strict=True)) == told and {"s.torn", "s.self_contacts", "s.cg_residual"} < set(told)
     again = Recording(tmp_path / "run").frame(frame.index)["s"]
     assert s.torn.any() and (again.torn == s.torn).all() and (again.triangles == s.triangles).all() and (again.springs == s.springs).all()
     path = tmp_path / "run" / "frames" / f"{frame.index:06d}.npz"

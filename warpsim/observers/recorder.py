@@ -5,10 +5,10 @@ frames/NNNNNN.npz  per system NAME.position, NAME.velocity, … of the living pa
 frames.jsonl       one line per whole frame: its file, the file's SHA-256, live counts, state hash, and the chain of state hashes so far
 topology.npz       of networks, once: NAME.springs int32 (m, 2), NAME.triangles int32 (k, 3), places in the arrays of points
 stats.csv          time [s] and per system live, born, refused, killed (counts), kinetic_energy [J]; with emitters that listen: children;
-                   among colliders: pushed; with substeps of their own choice: inexact; of networks: elastic_energy [J]; by implicit_euler:
-                   cg_iterations (per substep), cg_residual [1], cg_unconverged (substeps so far);
-                   where springs may tear: torn; with a strain_limit: overlong; of flocks: order, polarization [degrees], milling,
-                   nearest [m], clusters
+                   among colliders: pushed; with substeps of their own choice: substeps (mean), inexact; of networks: elastic_energy [J]; by
+                   implicit_euler: cg_iterations (per substep), cg_residual [1], cg_unconverged (substeps so far); where springs may tear:
+                   torn; with a strain_limit: overlong; with self_collision: self_contacts (pairs), self_brakes (substeps); of flocks:
+                   order, polarization [degrees], milling, nearest [m], clusters
 assets/            copies of the files that the scene names
 changes.jsonl      one line per number that was changed while it ran: before the step from frame index, path became value
 lastgood.npz       the last good state of a run that was interrupted or blew up
@@ -32,27 +32,6 @@ CHANGES = "changes.jsonl"
 TOPOLOGY = "topology.npz"
 FIELDS = ("position", "velocity", "id", "age", "lifetime", "mass", "radius")
 NETWORK_FIELDS = ("position", "velocity", "id", "mass")  # its points neither come nor go
-STATISTICS = (
-    "live",
-    "born",
-    "refused",
-    "killed",
-    "kinetic_energy",
-    "children",
-    "pushed",
-    "inexact",
-    "elastic_energy",
-    "torn",
-    "overlong",
-    "cg_iterations",
-    "cg_residual",
-    "cg_unconverged",
-    "order",
-    "polarization",
-    "milling",
-    "nearest",
-    "clusters",
-)
 
 
 class OccupiedFolder(Exception):
@@ -128,13 +107,9 @@ class Recorder:
 
     def _append_statistics(self, frame, statistics) -> None:
         if not self._table.length:
-            self._table.append(_row(["index", "time", *(f"{name}.{key}" for name in statistics for key in _columns(statistics[name]))]))
-        numbers = [repr(numbers[key]) for numbers in statistics.values() for key in _columns(numbers)]
+            self._table.append(_row(["index", "time", *(f"{name}.{key}" for name in statistics for key in statistics[name])]))
+        numbers = [repr(number) for numbers in statistics.values() for number in numbers.values()]
         self._table.append(_row([frame.index, repr(frame.time), *numbers]))
-
-
-def _columns(numbers: dict[str, float]) -> list[str]:
-    return [key for key in STATISTICS if key in numbers]
 
 
 def read_changes(path: Path) -> list[tuple[int, str, str]]:

@@ -53,6 +53,8 @@ class Split(NetworkSolver):
                 yield from self.system.forces(2 * s)
             if when == HALVES and s == 0:
                 yield self._kick(0.5 * dt)
+            if when == AFTER and s == 0:
+                yield from self.system.prepare(0)  # parts that constrain come before anybody asks for forces
             yield from self.system.begin()
             yield self._advance(s)
             yield from self.system.settle(s)
