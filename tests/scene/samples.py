@@ -135,6 +135,47 @@ systems:
       - {chain: [keel, right_top], rest: {sine: {mean: 1, amplitude: 0.1, period: 1}}}
       - {springs: rings, wave: {amplitude: 0.1, period: 1, wavelength: 2, direction: [-1, 0, 0.5]}}
     grip: {chain: [left_bottom, keel], forward: 0.2, backward: 1.5, sideways: 0.9}
+  birds:
+    type: flock
+    count: 120
+    domain: {min: [-6, 0, -6], max: [6, 5, 6], boundary: contain}
+    perception: {radius: 1.25, field_of_view: 290, nearest: 7}
+    separation: {weight: 1.1, radius: 0.75}
+    cohesion: 0.95
+    alignment: {weight: 1.3}
+    speed: [2, 3.5]
+    max_force: 12
+    turn_rate: 200
+    attends: {hawks: {separation: {weight: 25}, alignment: -0.1, radius: 3.5, field_of_view: 360, nearest: 2}}
+    steering:
+      - {name: roost, type: seek, target: [0, {sine: {mean: 2, amplitude: 1, period: 9}}, 0], radius: 30, speed: 2.5}
+      - {type: flee, target: {keyframes: [[0, [5, 1, 0]], [3, [-5, 1, 0]]]}, radius: 1.5, weight: 4}
+      - {type: arrive, target: [1, 1, 1], radius: 0.6, weight: 0.1}
+      - {type: pursue, target: [{expression: "3*cos(t)"}, 1, 0], horizon: 1.1, weight: 0.2}
+      - {type: evade, target: [4, 4, 4], radius: 2.25, horizon: 0.4}
+      - {type: wander, radius: 1.75, distance: 2.2, period: 0.65, weight: 0.3}
+      - {type: path, points: [[-3, 1, 0], [3, 1, 0], [0, 3, 2]], closed: true, radius: 0.55, horizon: 0.35}
+      - {type: leader, boid: 3, distance: 0.45, radius: 2.1}
+      - {type: avoid, radius: 0.35, horizon: 0.8, weight: 9}
+      - {type: contain, radius: 0.85, horizon: 0.25}
+    mass: 0.08
+    thickness: 0.03
+    coupling: {"alpha": 0.005}
+    start: {speed: 2.75, seed: 5}
+    look: {as: birds, size: 0.15, color: {by: heading, range: [-180, 180], map: turbo}}
+  hawks:
+    type: flock
+    count: 2
+    substeps: 2
+    domain: {min: [-6, 0, -6], max: [6, 5, 6]}
+    perception: {radius: 5}
+    look: {as: arrows}
+  spins:
+    type: flock
+    count: 40
+    domain: {min: [0, 0, 0], max: [5, 5, 0], boundary: periodic}
+    perception: {radius: 1}
+    vicsek: {speed: 0.3, noise: 1.5}
 camera: {eye: [4, 2, 6], target: [0, 1, 0], field_of_view: 45}
 verify:
   - {name: round, type: circulation, center: [0, 0, 0], axis: [0, 1, 0], radius: 0.5, at: 2, expect: 3, tolerance: 1e-5, reason: rounding}
@@ -158,6 +199,7 @@ verify:
   - {type: convergence_order, system: sparks, solver: heun, tolerance: 0.15}
   - {type: place, system: web, point: 7, at: 1, expect: [0, 0, {expression: "0.5*t"}], tolerance: 9}
   - {type: period, system: bridge, point: 2, direction: [0, 1, 0], from: 0.5, to: 6, expect: 1, tolerance: {relative: 0.5}}
+  - {type: order, systems: [spins], from: 1, to: 2, expect: 0.5, tolerance: 1}
   - {type: hash, at: 1, device: cpu, expect: 0123456789abcdef0123456789abcdef, reason: it would be another}
 limits: {memory: 2.5, extent: 1e5, unstable: kill}
 """

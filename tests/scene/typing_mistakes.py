@@ -185,6 +185,21 @@ WRONG_VALUES = [
     Mistyped("release: 0.5, at: 1", "release: 1.5, at: 1", None, "must come after the release"),
     Mistyped("force: sun, turns", "force: sun, flow: swirl, turns", None, "goes round one thing"),
     Mistyped("expect: 0123456789abcdef0123456789abcdef", "expect: 0123456789abcdef", None, ""),
+    Mistyped("type: flock\n    count: 120", "type: flok\n    count: 120", "flock", "", 0),
+    Mistyped("count: 120", "coutn: 120", "count"),
+    Mistyped("count: 120", "number: 120", None, "unknown key"),
+    Mistyped("perception: {radius: 1.25", "preception: {radius: 1.25", "perception"),
+    Mistyped("field_of_view: 290", "fov: 290", None, "unknown key"),
+    Mistyped("field_of_view: 290", "field_of_view: 390", None, "from 0 to 360"),
+    Mistyped("separation: {weight: 1.1, radius: 0.75}", "seperation: {weight: 1.1, radius: 0.75}", "separation"),
+    Mistyped("cohesion: 0.95", "cohesion: strong", None, "number"),
+    Mistyped("turn_rate: 200", "turnrate: 200", "turn_rate"),
+    Mistyped("attends: {hawks", "attends: {hawk", "hawks", "no other flock"),
+    Mistyped("boundary: contain", "boundary: contains", "contain"),
+    Mistyped("{type: wander", "{type: wonder", "wander"),
+    Mistyped("boid: 3, distance", "boid: 300, distance", None, "there is no boid 300"),
+    Mistyped("look: {as: birds", "look: {as: bird", "birds"),
+    Mistyped("vicsek: {speed: 0.3, noise", "vicsek: {speed: 0.3, nois", "noise"),
 ]
 
 ALL = [*MISSPELLED_KEYS, *MISSPELLED_WORDS, *WRONG_VALUES]
