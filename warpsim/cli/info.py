@@ -93,7 +93,9 @@ def _scene_facts(path: Path) -> dict[str, object]:
 
 def _system(name: str, system, advice: dict[str, object]) -> str:
     if system.type == "flock":
-        return f"{name}: flock, {system.count} boids, {system.method}"
+        others = f", attends to {' and '.join(system.attends)}" if system.attends else ""
+        how = "Vicsek's model" if system.vicsek else system.method
+        return f"{name}: flock, {system.count} {'boid' if system.count == 1 else 'boids'}, {how}{others}"
     if system.type != "particles":
         size = "a mesh's points and edges" if system.point_count is None else f"{system.point_count} points, {system.spring_count} springs"
         return f"{name}: {system.type}, {size}, {system.method}; {advice[name]}"
