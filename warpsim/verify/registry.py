@@ -37,6 +37,7 @@ MEASURERS: dict[str, type[Measurer]] = {
     "rms_speed": networks.RmsSpeedMeasurer,
     "agreement": networks.AgreementMeasurer,
     "order": flocks.OrderMeasurer,
+    "presence": flocks.PresenceMeasurer,
 }
 
 TOGETHER: dict[str, type[Measurer]] = {
