@@ -106,7 +106,7 @@ def wander(one, x, v, s, asked) -> np.ndarray:
 
 
 def avoid(one, x, v, s, asked) -> np.ndarray:
-    """Past balls, capsules and boxes that are not turned, by the gaps along the heading."""
+    """Past colliders that have a clearance here, by the gaps along the heading."""
     speed, heading = np.linalg.norm(v), steering.along(v, 1.0)
     reach = speed * one.horizon
     nearest, away = reach + one.radius, np.zeros(3)
@@ -128,6 +128,18 @@ def avoid(one, x, v, s, asked) -> np.ndarray:
     return (steering.along(aside, s) - heading * (heading @ v * urgency)) * urgency
 
 
+def follow(one, x, v, s, asked) -> np.ndarray:
+    """steering.path over all segments at once."""
+    a = np.array(one.points if one.closed else one.points[:-1])
+    e, ahead = np.roll(np.array(one.points), -1, axis=0)[: len(a)] - a, x + v * one.horizon
+    near = a + e * np.clip(((ahead - a) * e).sum(axis=1) / (e * e).sum(axis=1), 0, 1)[:, None]
+    gap = np.linalg.norm(ahead - near, axis=1)
+    k = gap.argmin()
+    if gap[k] <= one.radius:
+        return steering.along(e[k], s) - v
+    return steering.along(near[k] + steering.along(e[k], s * max(one.horizon, 1e-3)) - x, s) - v
+
+
 def of_capsule(solid, x) -> tuple[float, np.ndarray]:
     """Return the gap between a place and a capsule, and the normal there."""
     a, b = np.array(solid.start), np.array(solid.end)
@@ -141,7 +153,7 @@ BEHAVIORS = {
     "seek": lambda one, x, v, s, asked: steering.seek(x, v, s, goal(one, asked[4]), None, one.radius or np.inf),
     "arrive": lambda one, x, v, s, asked: steering.arrive(x, v, s, goal(one, asked[4]), None, one.radius),
     "contain": lambda one, x, v, s, asked: contain(one, x, v, s, asked[1].systems[asked[0]].domain),
-    "path": lambda one, x, v, s, asked: steering.path(x, v, s, list(one.points), one.closed, one.radius, one.horizon),
+    "path": follow,
     "wander": wander,
     "avoid": avoid,
 }

@@ -4,7 +4,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from warpsim.scene.base import Mistake, Name, Number
+from warpsim.scene.base import Mistake, Name, Number, WholeNumber
 from warpsim.scene.flocks import Flock
 from warpsim.scene.nearest import listed, nearest
 from warpsim.scene.oracles import Bounded, Oracle
@@ -31,6 +31,7 @@ class PresenceOracle(Span, Bounded, Oracle):
     system: Name = Field(description="The flock that is counted.")
     around: Name = Field(description="The flock about whose boids it is counted.")
     radius: Annotated[Number, Field(gt=0.0, le=1e9)] = Field(description="Within which [m].")
+    every: Annotated[WholeNumber, Field(ge=1, le=1_000_000)] = Field(10, description="Frames from one count to the next [1].")
     expect: Strength = Field(description="The ratio of the means over frames and boids: 1 mixed evenly, 0 apart [1].")
 
     def misfits(self, scene) -> list[Mistake]:

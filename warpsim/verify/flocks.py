@@ -33,6 +33,8 @@ class PresenceMeasurer(SpanMeasurer):
     CENTERS = 256  # of its own at most, evenly by number: among them the mean is as good, and a frame takes no second
 
     def look(self, simulation) -> None:
+        if (self.frame_at(self.oracle.to) - simulation.index) % self.oracle.every:
+            return
         frame, radius = simulation.frame(), self.oracle.radius
         x, centers = (frame[name].position.astype(float) for name in (self.oracle.system, self.oracle.around))
         period = period_of(self.scene.systems[self.oracle.system])
