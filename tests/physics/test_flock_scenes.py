@@ -24,7 +24,7 @@ def test_places_are_those_of_the_twin(name):
 
 
 def test_prey_gives_way_to_its_hunters_and_closes_behind_them():
-    """Physics bar: within twice a hunter's radius fewer than half of the school's density; without fear about as many as among the prey itself."""
+    """Within twice a hunter's radius are fewer than half of the school's density; without fear about as many as round one of the prey."""
     found = {}
     for fear in ("60", "0"):
         path = f"systems.sardines.attends.hunters.separation.weight={fear}"
@@ -63,7 +63,7 @@ def test_presence_of_a_flock_that_is_not_there_is_a_mistake(key):
 
 
 def test_a_door_lets_through_about_as_many_as_one_of_its_width():
-    """Real doors of 1.2 m pass 1.2 to 3.7 a second (Seyfried et al. 2009, bottlenecks); boids, which are soft, at most 5, and never none."""
+    """People pass 1.9 a second and meter of door (Seyfried et al. 2009), 2.3 here; boids are softer: at most 5, and never half of it."""
     sim, passed, before = Simulation(load_scene("crowd"), device="cpu", threads=1), 0, None
     for index in range(1500):
         sim.step_frame()
