@@ -106,4 +106,4 @@ class StrainLimit(Part):
         ends = system.population.host("position").T.astype(float)[system.net.springs[self._limit.order.numpy()]]
         rest = system.table.rest.numpy()[self._limit.order.numpy()].astype(float)
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-        return {"overlong": int((length > (1.0 + system.spec.strain_limit) * rest * (1.0 + 1e-6)).sum())}
+        return {"overlong": int(((rest > 0.0) & (length > (1.0 + system.spec.strain_limit) * rest * (1.0 + 1e-6))).sum())}
