@@ -22,6 +22,7 @@ BYTES_PER_NEIGHBOR = 80  # the grid, places in its order, and what neighbors do
 TABLE_PER_FILE = 8  # bytes of a mesh's table per byte of its file: 44 and more per triangle, of which a binary file spends 19
 BYTES_PER_POINT = 40  # internal acceleration and inverse mass of a network's point, and where a substep found it
 BYTES_PER_BOID = 120  # the grid, places and velocities in its order, steering, where a substep found it
+BYTES_PER_SEEN = 56  # of one whom other flocks see: the grid, places and velocities as the frame began
 BYTES_PER_SPRING = 32  # its ends and three numbers, as frames and energies have them
 BYTES_PER_LISTED = 64  # of one whose ends gather it from lists: entries for both, and those of a slice that are void
 SOLVER_BYTES = {"implicit_euler": (120, 72), "xpbd": (4, 28)}  # what a solver keeps of a network: per point, per spring
@@ -50,7 +51,8 @@ def estimate_memory(scene: Scene) -> int:
             total += network_memory(system) + layer_memory(system, 1.0 / (scene.time.fps * count))
             continue
         if isinstance(system, Flock):
-            total += flock_memory(system)
+            seen = any(name in getattr(other, "attends", ()) for other in scene.systems.values())
+            total += flock_memory(system) + seen * BYTES_PER_SEEN * (system.count + 1024)
             continue
         more = (24 if system.motion == "ballistic" else 0) + (12 * system.look.trail.points if system.look.trail else 0)
         order = MULTISTEP_SOLVERS.get(system.solver, 0)
@@ -128,7 +130,7 @@ def layer_memory(system: Network, h: float) -> int:
 
 def flock_memory(system: Flock) -> int:
     """Return the bytes that a flock takes on its device, but for its tables."""
-    state = BYTES_PER_PARTICLE + 4 + (12 * system.look.trail.points if system.look.trail else 0)
+    state = BYTES_PER_PARTICLE + 4 + 12 * (system.coupling is not None) + (12 * system.look.trail.points if system.look.trail else 0)
     return (4 * state + BYTES_PER_BOID) * (system.count + 1024)  # also the state to start anew from
 
 
