@@ -11,6 +11,7 @@ from rich.console import Console
 import warpsim
 from benchmarks.cases import Case, flag, million, sparks
 from benchmarks.cloth import measure_cloth
+from benchmarks.flocks import measure_flocks
 from benchmarks.measure import Sample, Timing, Way, moves_per_frame, stage_shares, take_turns
 from benchmarks.neighbors import measure_neighbors
 from benchmarks.report import Report
@@ -19,7 +20,7 @@ from warpsim import SceneError, load_scene
 from warpsim.kernel_cache import prepare_kernel_cache
 from warpsim.launch import available_cores
 
-CASES = ("startup", "million", "neighbors", "cloth", "sparks", "flag")
+CASES = ("startup", "million", "neighbors", "flocks", "cloth", "sparks", "flag")
 
 
 def processor() -> str:
@@ -127,6 +128,8 @@ def measure_cases(wanted: set[str], options: argparse.Namespace, report: Report)
     if "neighbors" in wanted and on_cpu:
         for size in (5_000,) if options.quick else (20_000, 100_000, count):
             measure_neighbors(size, report, max(5, rounds // 3))  # the peers take seconds
+    if "flocks" in wanted and on_cpu:
+        measure_flocks((2_000,) if options.quick else (10_000, 100_000, count), report, max(5, rounds // 3))
     if "cloth" in wanted and on_cpu:
         for size in (16,) if options.quick else (32, 64, 128, 256):
             measure_cloth(size, report, rounds)
