@@ -1,7 +1,7 @@
 """The boids of benchmarks/flocks.py for Numba: prange over boids, plain loops; imported only where that is installed."""
 
 import numpy as np
-from numba import float32, njit, prange
+from numba import float32, njit, prange, set_num_threads
 
 from benchmarks.flock_peers import CLOSEST, Law
 
@@ -85,9 +85,10 @@ def move(order, cell, start, n, numbers, y, w, x, v):
 
 
 class Flock:
-    """Sorted by cell on one core, the rest on all."""
+    """Sorted by cell on one core, the rest on so many threads."""
 
-    def __init__(self, x: np.ndarray, v: np.ndarray, law: Law):
+    def __init__(self, x: np.ndarray, v: np.ndarray, law: Law, threads: int):
+        self._threads = threads
         self.position, self.velocity, self._cells = x.copy(), v.copy(), law.cells
         self._sorted = np.empty_like(x), np.empty_like(v)
         self._cell, self._order = np.empty(len(x), np.int32), np.empty(len(x), np.int32)
@@ -98,6 +99,7 @@ class Flock:
 
     def step_frame(self) -> None:
         """Advance one frame."""
+        set_num_threads(self._threads)
         mark(self.position, self._rate, self._cells, self._cell)
         sort(self._cell, self._start, self._place, self._order)
         gather(self._order, self.position, self.velocity, *self._sorted)

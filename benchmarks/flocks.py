@@ -7,7 +7,7 @@ from statistics import median
 import numpy as np
 
 from benchmarks.flock_peers import HashGridFlock, Law, installed
-from benchmarks.measure import Timing, Way, take_turns
+from benchmarks.measure import Sample, Timing, Way, take_turns
 from benchmarks.report import Report
 from warpsim import Scene, Simulation
 from warpsim.launch import available_cores
@@ -51,7 +51,9 @@ def peers_of(run: Simulation) -> dict[Way, object]:
     if installed("numba"):
         from benchmarks import flock_numba
 
-        peers[Way(f"Numba prange, {cores} threads", cores, native=False)] = flock_numba.Flock(x, v, law)
+        for threads in sorted({1, cores}):
+            label = f"Numba prange, {threads} thread{'s' * (threads > 1)}"
+            peers[Way(label, threads, native=False)] = flock_numba.Flock(x, v, law, threads)
     if installed("taichi"):
         from benchmarks.flock_taichi import taichi_flock
 
@@ -65,10 +67,10 @@ def measure_flocks(sizes: tuple[int, ...], report: Report, rounds: int) -> None:
     for count in sizes:
         costs[count] = measure_flock(count, flock(count, 24.0, 1.0, 240.0), report, rounds, with_peers=count >= 100_000 or len(sizes) == 1)
     for way in own_ways():
-        each = {count: times[way].seconds.median / count for count, times in costs.items()}
+        each = {count: work(times[way]).median / count for count, times in costs.items()}
         text = ", ".join(f"{1e9 * cost:.0f} ns ({count:,})" for count, cost in each.items())
         growth = max(each.values()) / min(each.values())
-        report.fact("flocks", f"cost per boid, {way.label}", f"{text}: within {growth:.2f}, to reach: 1.5", growth=growth)
+        report.fact("flocks", f"processor time per boid, {way.label}", f"{text}: within {growth:.2f}, to reach: 1.5", growth=growth)
     count = sizes[-1]
     measure_flock(count, flock(count, 4.0 / 3.0 * math.pi * 8.0, 2.0, 360.0), report, rounds, with_peers=False)
 
@@ -86,12 +88,12 @@ def measure_flock(count: int, scene: Scene, report: Report, rounds: int, with_pe
     for way, timing in times.items():
         seconds = timing.seconds
         each = 1e9 * seconds.median / count
-        cells = [way.label, f"{1e3 * seconds.median:.2f}", f"{1e3 * min(seconds.values):.2f}", f"{seconds.spread:.0%}", f"{each:.0f}"]
-        row = {"way": way.label, "boids": count, "seconds": seconds.median, "least": min(seconds.values), "spread": seconds.spread}
+        cells = [way.label, f"{1e3 * seconds.median:.2f}", f"{seconds.spread:.0%}", f"{each:.0f}", f"{1e3 * work(timing).median:.2f}"]
+        row = {"way": way.label, "boids": count, "seconds": seconds.median, "spread": seconds.spread, "work": work(timing).median}
         lines.append(([*cells, f"{timing.cores.median:.2f}"], row))
     perception = scene.systems["flock"].perception
     what = f"{count:,} boids that see {met:.1f} others within {perception.radius:g} m and {perception.field_of_view:g} degrees: whole steps"
-    report.figures("flocks", what, ["", "ms", "least", "spread", "ns/boid", "cores got"], lines)
+    report.figures("flocks", what, ["", "ms", "spread", "ns/boid", "ms of processor", "cores got"], lines)
     tell_ratios(report, times)
     for way, run in runs.items():
         phases = phase_times(run, max(5, rounds // 2))
@@ -120,6 +122,11 @@ def compare(runs: dict[Way, Simulation], peers: dict[Way, object]) -> None:
             sys.exit(f"{way.label} is {apart:.1e} m away in the mean after {COMPARED_FRAMES} frames")
 
 
+def work(timing: Timing) -> Sample:
+    """Return how much processor time a frame took [s], all cores together: what other programs on the machine change least."""
+    return Sample([seconds * cores for seconds, cores in zip(timing.seconds.values, timing.cores.values, strict=True)])
+
+
 def tell_ratios(report: Report, times: dict[Way, Timing]) -> None:
     """Print how much longer each peer takes than we do with as many cores, and one core of ours than all."""
     natives = [way for way in times if way.native]
@@ -127,6 +134,8 @@ def tell_ratios(report: Report, times: dict[Way, Timing]) -> None:
         mine = next((own for own in natives if own.threads == way.threads), natives[0])
         starved = times[mine].starved(mine.threads) or times[way].starved(way.threads)
         report.ratio("flocks", f"{way.label} / {mine.label}", times[way].seconds.over(times[mine].seconds), 3.5, starved)
+        label = f"{way.label} / {natives[0].label}, time of processors"
+        report.ratio("flocks", label, work(times[way]).over(work(times[natives[0]])), 3.5)
     if len(natives) > 1:
         one, all_cores = (times[way] for way in natives)
         starved = all_cores.starved(natives[1].threads)

@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 def test_quick_benchmarks(tmp_path):
     out = tmp_path / "figures.jsonl"
     done = subprocess.run(
-        [sys.executable, "-m", "benchmarks", "--quick", "--json", out], cwd=ROOT, capture_output=True, text=True, timeout=120
+        [sys.executable, "-m", "benchmarks", "--quick", "--json", out], cwd=ROOT, capture_output=True, text=True, timeout=300
     )
     assert done.returncode == 0, done.stdout + done.stderr
     rows = [json.loads(line) for line in out.read_text().splitlines()]
