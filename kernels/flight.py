@@ -17,7 +17,6 @@ from warpsim.kernels.points import started
 from warpsim.kernels.random import POSITION, VELOCITY, random_words, uniform
 
 NO_LIMIT = 1.0e30
-LEAST = wp.constant(1.0e-37)  # below any square that counts, so that no branch has to guard a root or a quotient
 NOISE = 10  # channel of the headings' random turns (random.py has the others)
 INVERSE_TURN = wp.constant(0.15915494309189535)  # 1/2π
 
@@ -74,10 +73,16 @@ def emit_flock(first: int, count: int, key: wp.vec2ui, speed: float, domain: wp.
 
 
 @wp.func(inline=True)
+def positive(square: float) -> float:
+    """Return a square, 1 instead of 0: no branch has to guard its root in a quotient that is not used then."""
+    return wp.where(square > 0.0, square, 1.0)
+
+
+@wp.func(inline=True)
 def limit_force(f: wp.vec3, strongest: float) -> wp.vec3:
     """Return a force of at most a strength [N], in its direction."""
     square = wp.dot(f, f)
-    return f * wp.where(square > strongest * strongest, strongest / wp.sqrt(wp.max(square, LEAST)), 1.0)
+    return f * wp.where(square > strongest * strongest, strongest / wp.sqrt(positive(square)), 1.0)
 
 
 @wp.func(inline=True)
@@ -94,7 +99,7 @@ def limit_turn(v0: wp.vec3, v: wp.vec3, cosine: float, sine: float) -> wp.vec3:
     b = wp.dot(v, v)
     speed = wp.sqrt(a)
     length = wp.sqrt(b)
-    ahead = v0 / wp.sqrt(wp.max(a, LEAST))
+    ahead = v0 / wp.sqrt(positive(a))
     aside = v - ahead * wp.dot(ahead, v)
     square = wp.dot(aside, aside)
     other = any_across(ahead)
@@ -103,7 +108,7 @@ def limit_turn(v0: wp.vec3, v: wp.vec3, cosine: float, sine: float) -> wp.vec3:
     ay = wp.where(back == 1, other[1], aside[1])
     az = wp.where(back == 1, other[2], aside[2])
     square = wp.where(back == 1, wp.dot(other, other), square)
-    most = (ahead * cosine + wp.vec3(ax, ay, az) * (sine / wp.sqrt(wp.max(square, LEAST)))) * length
+    most = (ahead * cosine + wp.vec3(ax, ay, az) * (sine / wp.sqrt(positive(square)))) * length
     turns = wp.where(cosine >= -1.0, 1, 0) * wp.where(a > 0.0, 1, 0) * wp.where(b > 0.0, 1, 0)
     turns = turns * wp.where(wp.dot(v0, v) < cosine * speed * length, 1, 0)
     return wp.vec3(wp.where(turns == 1, most[0], v[0]), wp.where(turns == 1, most[1], v[1]), wp.where(turns == 1, most[2], v[2]))
@@ -120,7 +125,7 @@ def limit_speed(v0: wp.vec3, v: wp.vec3, slowest: float, fastest: float) -> wp.v
     x = wp.where(still == 1, v0[0], v[0])
     y = wp.where(still == 1, v0[1], v[1])
     z = wp.where(still == 1, v0[2], v[2])
-    scale = limit / wp.sqrt(wp.max(wp.where(still == 1, before, square), LEAST))
+    scale = limit / wp.sqrt(positive(wp.where(still == 1, before, square)))
     return wp.vec3(wp.where(beyond > 0, x * scale, v[0]), wp.where(beyond > 0, y * scale, v[1]), wp.where(beyond > 0, z * scale, v[2]))
 
 
@@ -173,25 +178,60 @@ def advance_flock(
         fly(i, pace, environment[0], limits[0], steering, particles_inout, swimming_out)
 
 
-@wp.func
-def turned(n: wp.vec3, words: wp.vec4ui, noise: float, domain: Domain) -> wp.vec3:
-    """Return a unit vector turned by an angle uniform on ±½ noise [rad]: in the plane, or in space about any axis across it."""
+@wp.func(inline=True)
+def turned(n: wp.vec3, words: wp.vec4ui, noise: float, flat: wp.vec3) -> wp.vec3:
+    """Return a unit vector turned by an angle uniform on ±½ noise [rad]: about `flat`, or where that is 0 about any axis across it."""
     u = (uniform(words[0]) - 0.5) * noise * INVERSE_TURN
-    rate = domain.rate
-    flat = wp.vec3(wp.where(rate[0] > 0.0, 0.0, 1.0), wp.where(rate[1] > 0.0, 0.0, 1.0), wp.where(rate[2] > 0.0, 0.0, 1.0))
-    aside = wp.cross(flat, n)
-    if wp.dot(flat, flat) == 0.0:
-        across = wp.where(wp.abs(n[0]) < 0.7, wp.vec3(1.0, 0.0, 0.0), wp.vec3(0.0, 1.0, 0.0))
-        first = wp.normalize(wp.cross(n, across))
-        second = wp.cross(n, first)
-        aside = first * cos_turns(uniform(words[1])) + second * sin_turns(uniform(words[1]))
+    across = wp.where(wp.abs(n[0]) < 0.7, 1.0, 0.0)
+    first = wp.cross(n, wp.vec3(across, 1.0 - across, 0.0))
+    first = first / wp.sqrt(positive(wp.dot(first, first)))
+    second = wp.cross(n, first)
+    aside = first * cos_turns(uniform(words[1])) + second * sin_turns(uniform(words[1]))
+    aside = wp.cross(flat, n) + aside * wp.where(wp.dot(flat, flat) == 0.0, 1.0, 0.0)
     return n * cos_turns(wp.abs(u)) + aside * (sin_turns(wp.abs(u)) * wp.where(u < 0.0, -1.0, 1.0))
 
 
 @wp.func
+def missing_axis(domain: Domain) -> wp.vec3:
+    """Return the axis that a flat domain does not have; 0 in space."""
+    rate = domain.rate
+    return wp.vec3(wp.where(rate[0] > 0.0, 0.0, 1.0), wp.where(rate[1] > 0.0, 0.0, 1.0), wp.where(rate[2] > 0.0, 0.0, 1.0))
+
+
+@wp.func(inline=True)
 def common_course(v: wp.vec3, steering: wp.vec3, count: int) -> wp.vec3:
-    """Return the sum of the velocities of a boid and its neighbors, from what alignment alone made of them, F = Σ v_j/n − v."""
-    return steering * float(count) + v * float(count + 1)
+    """Return the unit vector along Σ v_j + v, from what alignment made of it, F = Σ v_j/n − v; along v where the sum is 0."""
+    course = steering * float(count) + v * float(count + 1)
+    square = wp.dot(course, course)
+    own = wp.where(square == 0.0, 1.0, 0.0)
+    course = course + v * own
+    square = square + wp.dot(v, v) * own
+    return course / wp.sqrt(positive(square))
+
+
+@wp.func
+def step_of(clock: wp.int64, pace: Pace) -> wp.int64:
+    """Return the number of the substep, by which turns are drawn."""
+    return (clock * wp.int64(pace.substep_count) + wp.int64(pace.first)) << wp.int64(32)
+
+
+@wp.func
+def wander(
+    i: int,
+    step: wp.int64,
+    h: float,
+    mode: Vicsek,
+    flat: wp.vec3,
+    steering: wp.array2d[float],
+    neighbors: wp.array[int],
+    particles_inout: Particles,
+):
+    """Move boid i along its heading, then give it the mean one of its neighborhood, turned at random.  Source: Vicsek et al. 1995."""
+    v = read3(particles_inout.velocity, i)
+    write3(particles_inout.position, i, drift(read3(particles_inout.position, i), v, h))
+    n = common_course(v, read3(steering, i), neighbors[i])
+    words = random_words(mode.key, step | wp.int64(i), NOISE)
+    write3(particles_inout.velocity, i, turned(n, words, mode.noise, flat) * mode.speed)
 
 
 @wp.kernel(enable_backward=False)
@@ -207,21 +247,11 @@ def advance_vicsek(
     neighbors: wp.array[int],
     particles_inout: Particles,
 ):
-    """Move every boid along its heading, then give it the mean one of its neighborhood, turned at random.  Source: Vicsek et al. 1995."""
+    """Move every boid of Vicsek's flock."""
     i = first + wp.tid()
     if i < count and started(clock, opening):
-        v = read3(particles_inout.velocity, i)
-        write3(particles_inout.position, i, drift(read3(particles_inout.position, i), v, pace.dt))
-        course = common_course(v, read3(steering, i), neighbors[i])
-        square = wp.dot(course, course)
-        if square == 0.0:  # headings that cancel each other out: it keeps its own
-            course = v
-            square = wp.dot(v, v)
-        if square > 0.0:
-            step = clock[0] * wp.int64(pace.substep_count) + wp.int64(pace.first)
-            words = random_words(mode[0].key, step << wp.int64(32) | wp.int64(i), NOISE)
-            heading = turned(course / wp.sqrt(square), words, mode[0].noise, domain[0])
-            write3(particles_inout.velocity, i, heading * mode[0].speed)
+        step = step_of(clock[0], pace)
+        wander(i, step, pace.dt, mode[0], missing_axis(domain[0]), steering, neighbors, particles_inout)
 
 
 @wp.func(inline=True)

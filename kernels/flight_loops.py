@@ -5,12 +5,29 @@ import warp as wp
 from warpsim.kernels.domain import CONTAIN, PERIODIC, Domain, wrapped
 from warpsim.kernels.emission import Particles
 from warpsim.kernels.environment import Environment, drag_rate
-from warpsim.kernels.flight import Limits, fly, limit_force, limit_speed, limit_turn, project_boid, reflected_place, reflected_speed
+from warpsim.kernels.flight import (
+    NOISE,
+    Limits,
+    Vicsek,
+    common_course,
+    fly,
+    limit_force,
+    limit_speed,
+    limit_turn,
+    missing_axis,
+    project_boid,
+    reflected_place,
+    reflected_speed,
+    step_of,
+    turned,
+    wander,
+)
 from warpsim.kernels.flow import sample_flow
 from warpsim.kernels.forces import sample_acceleration
 from warpsim.kernels.integration import Pace, drift, kick
 from warpsim.kernels.loops import share, snippet
 from warpsim.kernels.points import started
+from warpsim.kernels.random import random_words
 
 ADVANCE = """
     constexpr int B = @BLOCK@;
@@ -91,6 +108,59 @@ def advance_flock(
     if started(clock, opening):
         cut = share(part + wp.tid(), part_count, count)
         advance_flock_range(cut[0], cut[1], pace, environment[0], limits, steering, particles_inout, swimming_out)
+
+
+WANDER = """
+    const int S = particles.position.shape[1], T = steering.shape[1];
+    float *P = particles.position.data, *Q = particles.velocity.data;
+    const float *F = steering.data;
+    const auto key = mode.key;
+    const float noise = mode.noise, speed = mode.speed;
+    _Pragma("clang loop vectorize(assume_safety)") for (int i = begin; i < end; ++i) {
+        const vec v(Q[i], Q[i + S], Q[i + 2 * S]), x = $drift(vec(P[i], P[i + S], P[i + 2 * S]), v, h);
+        const vec n = $common_course(v, vec(F[i], F[i + T], F[i + 2 * T]), neighbors.data[i]);
+        const vec w = $turned(n, $random_words(key, step | (wp::int64)i, @NOISE@), noise, flat);
+        for (int c = 0; c < 3; ++c) { P[i + c * S] = x[c]; Q[i + c * S] = w[c] * speed; }
+    }
+""".replace("@NOISE@", str(NOISE))
+
+
+@wp.func_native(snippet(WANDER, drift, common_course, turned, random_words))
+def wander_range(
+    begin: int,
+    end: int,
+    step: wp.int64,
+    h: float,
+    mode: Vicsek,
+    flat: wp.vec3,
+    steering: wp.array2d[float],
+    neighbors: wp.array[int],
+    particles: Particles,
+):
+    """Move a range of Vicsek's boids."""
+    for i in range(begin, end):
+        wander(i, step, h, mode, flat, steering, neighbors, particles)
+
+
+@wp.kernel(enable_backward=False)
+def advance_vicsek(
+    part: int,
+    part_count: int,
+    count: int,
+    opening: int,
+    pace: Pace,
+    clock: wp.array[wp.int64],
+    domain: wp.array[Domain],
+    mode: wp.array[Vicsek],
+    steering: wp.array2d[float],
+    neighbors: wp.array[int],
+    particles_inout: Particles,
+):
+    """Move one part of Vicsek's flock."""
+    if started(clock, opening):
+        cut = share(part + wp.tid(), part_count, count)
+        flat = missing_axis(domain[0])
+        wander_range(cut[0], cut[1], step_of(clock[0], pace), pace.dt, mode[0], flat, steering, neighbors, particles_inout)
 
 
 PROJECT = """

@@ -115,7 +115,7 @@ class Flock(LastingSystem):
         inputs = (self.point_count, self.opening, substep_of(self.pace, s), self.clock)
         if self.spec.vicsek:
             inputs += (self.domain, self._vicsek, self.steering, self.population.field("neighbors"), self.particles)
-            return Stage("advance", flight.advance_vicsek, self.population.capacity, inputs)
+            return Stage("advance", flight.advance_vicsek, self.population.capacity, inputs, flight_loops.advance_vicsek, own=True)
         inputs += (self.surroundings.row, self._limits, self.steering, self.particles, self._swimming)
         return Stage("advance", flight.advance_flock, self.population.capacity, inputs, flight_loops.advance_flock, own=True)
 
