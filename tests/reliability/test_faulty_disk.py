@@ -143,7 +143,7 @@ def test_nothing_that_is_not_finite_is_written(folder):
 
     n = 4
     system = SimpleNamespace(**{name: np.zeros(n, np.float32) for name in ("id", "age", "lifetime", "mass", "radius")})
-    system.has_colors = system.is_network = False
+    system.has_colors = system.is_network = system.tears = system.is_flock = system.is_carried = False
     system.position, system.velocity = np.zeros((n, 3), np.float32), np.full((n, 3), np.nan, np.float32)
     frame = type("Frame", (dict,), {"index": 1, "time": 0.1})(sparks=system)
     with pytest.raises(NonFiniteFrame):
