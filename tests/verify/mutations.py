@@ -72,7 +72,7 @@ MUTATIONS = (
              "wp.length(d) / b.radius)) - boid.v) * (1.01 * b.weight)", {"river_fish": "trout"}),
     Mutation("path", "kernels/steering.py", "near + ahead - boid.x, b.speed) - boid.v) * b.weight",
              "near + ahead - boid.x, b.speed) - boid.v) * (1.01 * b.weight)", {"paths": "follower", "crowd": "walker"}),
-    Mutation("vicsek", "kernels/flight.py", "heading * mode[0].speed", "heading * (1.01 * mode[0].speed)", {"vicsek": "pace"}),
+    Mutation("vicsek", "kernels/flight_loops.py", "w[c] * speed", "w[c] * (1.01f * speed)", {"vicsek": "pace"}),
     Mutation("cohesion", "kernels/flock.py", "coherent * rules.cohesion", "coherent * (1.01 * rules.cohesion)", {"flock": "course"}),
     Mutation("alignment", "kernels/flock.py", "turn * rules.alignment", "turn * (1.01 * rules.alignment)", {"flock": "course"}),
     Mutation("stiffness", "kernels/springs.py", "n * (k * (d2", "n * (1.01 * k * (d2",
