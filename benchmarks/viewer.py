@@ -54,7 +54,7 @@ def cloud_scene(count: int) -> Scene:
 class Recorded:
     """Frames made beforehand: packed points that move, so that nothing but the viewer is measured."""
 
-    is_network = False
+    is_network = tears = False
     collider_poses = np.zeros((0, 7), np.float32)
 
     def __init__(self, count: int):
