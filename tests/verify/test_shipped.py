@@ -11,7 +11,7 @@ from tests.verify.mutations import MUTATIONS, ROOT, survivors
 from warpsim.scene import load_scene, shipped_scenes
 from warpsim.verify import verify_scene
 
-SAMPLE = ("vortex", "images", "inverse_square", "kick", "count", "restitution")
+SAMPLE = ("vortex", "restitution", "cohesion")
 
 
 @cache
