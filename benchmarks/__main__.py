@@ -3,16 +3,18 @@
 import argparse
 import platform
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import warp as wp
 from rich.console import Console
 
 import warpsim
-from benchmarks.cases import Case, flag, million, sparks
+from benchmarks.cases import Case, million
 from benchmarks.cloth import measure_cloth
+from benchmarks.contest import Contest, Effort
 from benchmarks.flocks import measure_flocks
-from benchmarks.measure import Sample, Timing, Way, moves_per_frame, stage_shares, take_turns
+from benchmarks.measure import Timing, Way, moves_per_frame, stage_shares, take_turns
 from benchmarks.neighbors import measure_neighbors
 from benchmarks.report import Report
 from benchmarks.startup import measure_startup
@@ -20,7 +22,13 @@ from warpsim import SceneError, load_scene
 from warpsim.kernel_cache import prepare_kernel_cache
 from warpsim.launch import available_cores
 
-CASES = ("startup", "million", "neighbors", "flocks", "cloth", "sparks", "flag")
+MODULES = ("benchmarks.cases",)  # whose `rows(quick)` are the table
+CASES = ("startup", "million", "neighbors", "flocks", "cloth")
+
+
+def all_rows(quick: bool) -> dict[str, Contest]:
+    """Return the rows of the table by name."""
+    return {row.name: row for module in MODULES for row in import_module(module).rows(quick)}
 
 
 def processor() -> str:
@@ -94,20 +102,6 @@ def tell_ratios(name: str, report: Report, times: dict[Way, Timing]) -> None:
         report.ratio(name, f"{natives[0].label} / {natives[1].label}", ratio, bar=1.5, starved=starved)
 
 
-def measure_real_time(case: Case, report: Report, device: str, rounds: int, bar: float) -> None:
-    """How much faster than the clock on the wall a small scene runs."""
-    way = Way("native, 1 thread", 1)
-    run = way.build(case.scene, device)
-    run.run(seconds=case.warmup_frames / case.scene.time.fps)
-    timing = take_turns({way: run}, rounds, lambda: wp.synchronize_device(device), frames=10)[way]
-    seconds = timing.seconds
-    live = sum(system["live"] for system in run.statistics().values())
-    report.fact(case.name, case.what, f"{1e6 * seconds.median:.0f} us/frame, {live:,} live", seconds=seconds.median, live=live)
-    real = Sample([1.0 / (case.scene.time.fps * value) for value in seconds.values])
-    report.ratio(case.name, "times real time", real, bar, timing.starved(1))
-    report.console.print()
-
-
 def measure_own(name: str, report: Report, device: str, rounds: int) -> None:
     """A scene by name or file, after its first second. Stops with the words for a scene that has mistakes."""
     try:
@@ -121,6 +115,10 @@ def measure_cases(wanted: set[str], options: argparse.Namespace, report: Report)
     """Run the cases that were asked for."""
     count, rounds = (20_000, 5) if options.quick else (options.count, options.rounds)
     on_cpu = options.device == "cpu"  # where the peers are
+    for name, row in all_rows(options.quick).items():
+        if name in wanted:
+            report.begin(name, row.work)
+            row.measure(report, Effort(1.0, 5, 3, quick=True) if options.quick else Effort(most_rounds=options.rounds))
     if "startup" in wanted:
         measure_startup(report, max(2, rounds // 3))
     if "million" in wanted:
@@ -133,10 +131,6 @@ def measure_cases(wanted: set[str], options: argparse.Namespace, report: Report)
     if "cloth" in wanted and on_cpu:
         for size in (16,) if options.quick else (32, 64, 128, 256):
             measure_cloth(size, report, rounds)
-    if "sparks" in wanted:
-        measure_real_time(sparks(2_000), report, options.device, rounds, bar=200.0)
-    if "flag" in wanted:
-        measure_real_time(flag(), report, options.device, rounds, bar=50.0)
 
 
 def main() -> None:
@@ -144,7 +138,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="small counts and few rounds: shows that it works, not how fast")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as a JSON line")
-    parser.add_argument("--only", choices=CASES, help="one case alone")
+    parser.add_argument("--only", choices=(*CASES, *all_rows(True)), help="one case alone")
     parser.add_argument("--scene", help="a scene alone, by name or file: all ways of running it")
     parser.add_argument("--count", type=int, default=1_000_000, help="particles of the main case")
     parser.add_argument("--rounds", type=int, default=30, help="turns of each way")
@@ -159,7 +153,8 @@ def main() -> None:
     if options.scene:
         measure_own(options.scene, report, options.device, 5 if options.quick else options.rounds)
     else:
-        measure_cases({options.only} if options.only else set(CASES), options, report)
+        measure_cases({options.only} if options.only else {*CASES, *all_rows(True)}, options, report)
+    report.table()
     if options.json:
         report.write(options.json)
 

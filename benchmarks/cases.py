@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from benchmarks.contest import Contest
 from warpsim import Scene
 
 LIFETIME_FRAMES = 10.0  # mean life: a tenth of the particles dies and is born in each frame
@@ -112,3 +113,12 @@ def flag() -> Case:
     }
     what = "a flag of 61 x 41 points in gusts, structural, shear and bend springs, air, 16 substeps"
     return Case("flag", what, Scene.model_validate(scene), warmup_frames=120)
+
+
+def rows(quick: bool) -> list[Contest]:
+    """What is small enough to run many times faster than the clock on the wall."""
+    small, cloth = sparks(2_000), flag()
+    return [
+        Contest("sparks", small.what, small.scene, 2_000, "spark", warmup=30 if quick else small.warmup_frames, times_real=200.0),
+        Contest("flag", cloth.what, cloth.scene, 61 * 41, "vertex", warmup=30 if quick else cloth.warmup_frames, times_real=50.0),
+    ]

@@ -1,15 +1,24 @@
 """Timing that can be believed: ways of running take turns, a ratio is made pair by pair, and its spread stands beside it."""
 
+import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from statistics import median, quantiles
+from typing import Protocol
 
 from warpsim import Scene, Simulation
 
 MOST_SPREAD = 0.20  # interquartile range over median; what scatters more is not called a result
-LEAST_SHARE = 0.85  # of the cores that a way asks for; with less, other work on the machine was measured too
-MOST_TRIES = 20  # at a turn with less
+MOST_WAITED = 0.10  # of a turn, by a thread that could have run; with more, other work on the machine was measured too
+MOST_TRIES = 20  # at a turn with more
+
+
+class Stepped(Protocol):
+    """What takes turns: a simulation, or a peer. A frame is finished when `step_frame` returns."""
+
+    def step_frame(self) -> None: ...
 
 
 @dataclass(frozen=True)
@@ -35,9 +44,15 @@ class Sample:
         return median(self.values)
 
     @property
+    def quartiles(self) -> tuple[float, float]:
+        """Where the middle half begins and ends."""
+        low, _, high = quantiles(self.values, n=4) if len(self.values) > 1 else self.values * 3
+        return low, high
+
+    @property
     def spread(self) -> float:
         """Interquartile range over median."""
-        low, _, high = quantiles(self.values, n=4)
+        low, high = self.quartiles
         return (high - low) / self.median
 
     @property
@@ -51,44 +66,62 @@ class Sample:
 
 @dataclass(frozen=True)
 class Timing:
-    """What the turns of one way took: seconds per frame, and how many cores the process got meanwhile."""
+    """What the turns of one way took: seconds per frame, how many cores the process got, and the share of a turn it waited for one."""
 
     seconds: Sample
     cores: Sample
+    waited: Sample
+
+    @property
+    def disturbed(self) -> bool:
+        """Whether other work on the machine took cores away, which a small spread does not show."""
+        return self.waited.median > MOST_WAITED
 
     def starved(self, threads: int) -> bool:
-        """Whether other work on the machine took cores away, which a small spread does not show."""
-        return self.cores.median < LEAST_SHARE * threads
+        """`disturbed`, for modules that are not contests yet."""
+        return self.disturbed
 
 
-def take_turns(runs: dict[Way, Simulation], rounds: int, wait: Callable[[], None], frames: int = 1) -> dict[Way, Timing]:
+def time_waited() -> float:
+    """Return how long the threads of this process have waited for a core so far, all together [s]; 0 where the system does not tell."""
+    waited = 0
+    for task in Path("/proc/self/task").glob("*/schedstat"):
+        try:
+            waited += int(task.read_text().split()[1])
+        except (OSError, IndexError):  # a thread that has just ended
+            continue
+    return 1e-9 * waited
+
+
+def take_turns(runs: dict, rounds: int, wait: Callable[[], None], frames: int = 1, lead: int = 0, tries: int = MOST_TRIES) -> dict:
     """Time every run, one after the other in each round, in the opposite order every other round; `wait` waits for the device.
 
-    A turn that did not get its cores is taken again, for a while: on a machine that others use, too, that is a turn between theirs.
+    Each turn begins with `lead` frames that are not timed. A turn in which other programs took the cores is taken again, `tries` times in
+    all: on a machine that others use, too, that is a turn between theirs. Returns a Timing for each key of `runs`.
     """
-    seconds: dict[Way, list[float]] = {way: [] for way in runs}
-    cores: dict[Way, list[float]] = {way: [] for way in runs}
+    turns: dict = {way: [] for way in runs}
     for turn in range(rounds):
         for way in list(runs)[:: -1 if turn % 2 else 1]:
-            least = LEAST_SHARE * (way.threads if way.native else 1)
-            for _ in range(MOST_TRIES):
-                taken, got = take_turn(runs[way], wait, frames)
-                if got >= least:
+            for _ in range(tries):
+                taken = take_turn(runs[way], wait, frames, lead)
+                if taken[2] <= MOST_WAITED:
                     break
-            seconds[way].append(taken)
-            cores[way].append(got)
-    return {way: Timing(Sample(seconds[way]), Sample(cores[way])) for way in runs}
+            turns[way].append(taken)
+    return {way: Timing(*(Sample(list(column)) for column in zip(*taken, strict=True))) for way, taken in turns.items()}
 
 
-def take_turn(run: Simulation, wait: Callable[[], None], frames: int) -> tuple[float, float]:
-    """Return how long a frame takes [s], the mean of some, and how many cores the process got meanwhile."""
+def take_turn(run: Stepped, wait: Callable[[], None], frames: int, lead: int = 0) -> tuple[float, float, float]:
+    """Return how long a frame takes [s], the mean of some, how many cores the process got meanwhile, and the share of it that it waited."""
+    for _ in range(lead):
+        run.step_frame()
     wait()
+    waited = time_waited()
     begin, worked = time.perf_counter(), time.process_time()
     for _ in range(frames):
         run.step_frame()
     wait()
-    taken = time.perf_counter() - begin
-    return taken / frames, (time.process_time() - worked) / taken
+    taken, worked = time.perf_counter() - begin, time.process_time() - worked
+    return taken / frames, worked / taken, (time_waited() - waited) / taken
 
 
 def moves_per_frame(run: Simulation) -> float:
@@ -102,3 +135,8 @@ def stage_shares(run: Simulation, frames: int) -> dict[str, float]:
     taken = [run.time_stages() for _ in range(frames)]
     medians = {stage: median(times[stage] for times in taken) for stage in taken[0]}
     return {stage: value / sum(medians.values()) for stage, value in medians.items()}
+
+
+def machine_load() -> float:
+    """Return how many programs wanted a core in the last minute, on the mean; 0 where the system does not tell."""
+    return os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
