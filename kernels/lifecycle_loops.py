@@ -1,4 +1,4 @@
-"""Native loop shapes of the life cycle on the CPU: births, compaction in place, and the barrier between stages.
+"""Native loop shapes of the life cycle on the CPU: births and compaction in place.
 
 As in loops.py: the Python body of each native function is the plain loop it stands for.
 """
@@ -139,35 +139,3 @@ def scatter_in_place(
     rows = slab_inout.shape[0]
     mine = part + wp.tid()
     compact_rows(rows * mine // part_count, rows * (mine + 1) // part_count, int(counters_inout[ACTIVE]), alive, counters_inout, slab_inout)
-
-
-BARRIER = """
-    typedef void (*action)();  // int(*)() would meet Warp's macro int(x)
-    int *arrived = barrier.data, *round = arrived + 16, *abandoned = arrived + 32;  // a cache line each
-    const int now = __atomic_load_n(round, __ATOMIC_ACQUIRE);
-    if (__atomic_add_fetch(arrived, 1, __ATOMIC_ACQ_REL) == part_count) {
-        __atomic_store_n(arrived, 0, __ATOMIC_RELAXED);
-        __atomic_store_n(round, now + 1, __ATOMIC_RELEASE);
-        return;
-    }
-    for (int spin = 0; __atomic_load_n(round, __ATOMIC_ACQUIRE) == now && !__atomic_load_n(abandoned, __ATOMIC_RELAXED); ++spin) {
-        if (spin >= 1000 && give_way) { ((action)give_way)(); continue; }
-    #if defined(__x86_64__)
-        __builtin_ia32_pause();
-    #elif defined(__aarch64__)
-        __asm__ volatile("yield");
-    #endif
-    }
-"""
-
-
-@wp.func_native(snippet(BARRIER))
-def wait_for_all(part_count: int, give_way: wp.uint64, barrier: wp.array[int]):
-    """Spin, then yield to other threads by the function at the address `give_way`, until every part has arrived."""
-    ...
-
-
-@wp.kernel(enable_backward=False)
-def resolve_barrier(part_count: int, give_way: wp.uint64, barrier_inout: wp.array[int]):
-    """Wait for the other cores: a node of a captured graph."""
-    wait_for_all(part_count, give_way, barrier_inout)

@@ -1,22 +1,21 @@
-"""Cores, streams and graphs: a frame is a list of stages, captured once and replayed. Only this file knows threads and streams."""
+"""Graphs: a frame is a list of stages, captured once and replayed, by one core or by all of them (crew.py), or on a stream of a GPU."""
 
-import ctypes
 import os
-import sys
-import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from itertools import chain
-from queue import SimpleQueue
 
 import warp as wp
 
-from warpsim.kernels import lifecycle_loops
+from warpsim.cores import Crowding, available_cores
+from warpsim.crew import MOST_CORES, STANDS_ASIDE, can_share, crew, function_addresses, replay, worth_keeping_lock
+from warpsim.kernels import crew as meeting
 
-MOST_CORES = 64  # that share a frame: some stages keep a row for each
-PARALLEL_FROM = 15_000  # particles; with fewer the barriers cost more than a second core brings (docs/adr/0003-native-loops.md)
+__all__ = ["MOST_CORES", "PARALLEL_FROM", "FrameGraph", "Stage", "available_cores"]
+PARALLEL_FROM = 15_000  # particles; with fewer the barriers cost more than a second core brings; 0: all cores, always
+UNKNOWN = 1.0  # s that a frame is taken to last before one was timed
 
 
 @dataclass(frozen=True)
@@ -41,65 +40,29 @@ class Stage:
     own: bool = False
 
 
-def available_cores() -> int:
-    """Return the number of cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def yield_address() -> int:
-    """Return the address of the system's `let another thread run`, 0 if there is none: the compiler of kernels resolves no such name."""
-    library, name = ("kernel32", "SwitchToThread") if sys.platform == "win32" else (None, "sched_yield")
-    function = getattr(ctypes.CDLL(library), name, None)
-    return (ctypes.cast(function, ctypes.c_void_p).value or 0) if function else 0
-
-
-_present = threading.local()
-
-
-def _stay_on(cores: frozenset[int]) -> None:
-    """Let the present thread run on these cores alone, where the system can be told; the call is made only where that is new."""
-    if hasattr(os, "sched_setaffinity") and getattr(_present, "cores", None) != cores:
-        os.sched_setaffinity(0, cores)
-        _present.cores = cores
-
-
-def _work(inbox: SimpleQueue) -> None:
-    """Live the life of a thread of the crew."""
-    while True:
-        job, reply = inbox.get()
-        reply.put(job())
-
-
-@cache
-def _crew(process: int, core_count: int) -> list[SimpleQueue]:
-    """Return the inboxes of one thread per core, shared by all graphs; keyed by process, because threads do not survive a fork."""
-    inboxes = [SimpleQueue() for _ in range(core_count)]
-    for core, inbox in enumerate(inboxes):
-        threading.Thread(target=_work, args=(inbox,), daemon=True, name=f"warpsim-core-{core}").start()
-    return inboxes
-
-
 class FrameGraph:
     """A captured frame. CUDA: one graph. CPU: one graph per core with native barriers between the stages, and one for a single core.
 
-    Only the crew replays, and it never sees KeyboardInterrupt: a frame once begun is finished. `native=False` runs the plain
-    kernels on the CPU. The bits are the same either way, for any number of cores.
+    A frame once begun is finished, whatever KeyboardInterrupt does: it is replayed by native code, which sees none. `native=False` runs the
+    plain kernels on the CPU. The bits are the same either way, for any number of cores, and whatever else the machine is busy with.
     """
 
     def __init__(self, stages: Sequence[Stage], device: str, core_count: int, native: bool):
         self.device = wp.get_device(device)
-        self.core_count = 1 if self.device.is_cuda else core_count
+        self.core_count = core_count if self.device.is_cpu and can_share() else 1
         self.native = native and self.device.is_cpu
         self.stages = list(stages)
-        self._barrier = wp.zeros(48, dtype=int, device="cpu")
-        self._lock = threading.Lock()  # on a Python without the interpreter lock, orders must still go out as one
+        self.crowding = Crowding()
+        self.cores = 1  # that the last frame was shared among
+        self._last = {1: UNKNOWN, self.core_count: UNKNOWN}  # s that the last frame on so many cores took
+        self._barrier = wp.zeros(meeting.BARRIER, dtype=int, device="cpu")
         self._singles: dict[int, FrameGraph] = {}
         for kernel in map(self._kernel, chain.from_iterable((stage, *stage.body) for stage in self.stages)):
             if kernel is not None:
                 # Compiles what is not in the cache, which a CUDA capture could not; on the CPU every launch has blocks of one.
                 kernel.module.load(self.device, 1 if self.device.is_cpu else 256)
-        self._everywhere = frozenset(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else frozenset()
         self._graphs = {cores: [self._capture(core, cores) for core in range(cores)] for cores in {1, self.core_count}}
+        self._apart = self._places_apart()
 
     def _capture(self, core: int, core_count: int):
         with wp.ScopedCapture(self.device) as capture:  # on the CPU this records and does not run
@@ -114,8 +77,7 @@ class FrameGraph:
                 continue
             self._launch(stage, core, core_count)
             if core_count > 1 and not (self._keeps_to_itself(stage) and self._keeps_to_itself(following)):
-                inputs = [core_count, wp.uint64(yield_address()), self._barrier]
-                wp.launch(lifecycle_loops.resolve_barrier, 1, inputs, device=self.device)
+                wp.launch(meeting.resolve_barrier, 1, [core_count, function_addresses(), self._barrier], device=self.device)
 
     def _repeat(self, stage: Stage, body: Callable[[], None]) -> None:
         """Launch the body of a stage while its condition holds: each core looks at it after all have met, before any can change it."""
@@ -145,52 +107,55 @@ class FrameGraph:
             if end > first:
                 wp.launch(stage.kernel, end - first, [first, *stage.inputs], device=self.device)
 
-    def _replay(self, graph, cores: frozenset[int]) -> BaseException | None:
-        try:
-            _stay_on(cores)
-            wp.capture_launch(graph)
-        except BaseException as error:
-            self._barrier.numpy()[32] = 1  # the other cores must not wait for this one
-            return error
-        return None
-
-    def _together(self, jobs: list[Callable]) -> None:
-        reply: SimpleQueue = SimpleQueue()
-        orders = [(job, reply) for job in jobs]
-        with self._lock:
-            any(map(SimpleQueue.put, _crew(os.getpid(), self.core_count), orders))  # in C: no signal gets between
-        for error in [reply.get() for _ in jobs]:
-            if error:
-                raise error
-
-    def run(self, particle_count: int) -> None:
-        """Advance one frame; `particle_count` decides between one core and all."""
+    def run(self, load: int) -> None:
+        """Advance one frame; `load`, its work in particles that move alone, decides between one core and all. Raises BrokenFrame."""
         if self.device.is_cuda:
             wp.capture_launch(self._graphs[1][0])
-        else:
-            core_count = self.core_count if particle_count >= PARALLEL_FROM else 1
-            self._together([partial(self._replay, *each) for each in zip(self._graphs[core_count], self._places(core_count), strict=True)])
+            return
+        many = self.core_count > 1 and load >= PARALLEL_FROM
+        always = PARALLEL_FROM <= 0
+        core_count = self.core_count if many and (always or not self.crowding.one) else 1
+        began = time.perf_counter()
+        share = self._carry_out(core_count)
+        if many and not always and self.cores == core_count:
+            self.crowding.told(time.perf_counter() - began, share)
 
-    def _places(self, core_count: int) -> list[frozenset[int]]:
-        """Return where each graph runs: each on a core of its own where all are used, else wherever the system likes.
+    def _carry_out(self, core_count: int) -> float:
+        """Carry a frame out and return for which share of the time its threads had cores, as far as that is known."""
+        last, graphs = self._last[core_count], self._graphs[core_count]
+        aside = last > STANDS_ASIDE
+        alone = core_count == 1 and not aside or not crew().taken_by(self)  # another thread's frame may have the crew
+        self.cores = 1 if alone else core_count
+        if alone:
+            began = time.thread_time()  # waiting for the interpreter lock is left out
+            replay(self._graphs[1][0], worth_keeping_lock(last))
+            self._last[1] = time.thread_time() - began
+            return 1.0
+        crew().order(graphs, self._barrier, self._apart if core_count > 1 else None, aside)
+        crew().carry_out(worth_keeping_lock(last))
+        self._last[core_count] = crew().taken
+        return crew().share
+
+    def _places_apart(self) -> tuple[frozenset[int], ...] | None:
+        """Return a core for each graph where a frame has all there are; None: wherever the system likes.
 
         Threads that wait for each other all the time and are put on one core, which a busy machine does, take turns of milliseconds.
         """
-        cores = self._everywhere
-        return [frozenset((core,)) for core in sorted(cores)] if core_count == len(cores) > 1 else [cores] * core_count
+        cores = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else []
+        return tuple(frozenset((core,)) for core in cores) if self.core_count == len(cores) > 1 else None
 
     def settle(self) -> None:
         """Wait for a frame that KeyboardInterrupt left running."""
-        if self.device.is_cpu:
-            self._together([lambda: None] * self.core_count)
+        if self.device.is_cpu and crew().held_by(self):
+            crew().finish()
         wp.synchronize_device(self.device)
 
-    def time_stages(self, particle_count: int) -> dict[str, float]:
+    def time_stages(self, load: int) -> dict[str, float]:
         """Advance one frame stage by stage and return the time each took [s]; for benchmarks, slower than run()."""
         times: dict[str, float] = {}
         for stage in self.stages:
             begin = time.perf_counter()
-            self._alone(stage).run(particle_count)
+            self._alone(stage).run(load)
             wp.synchronize_device(self.device)
             times[stage.name] = times.get(stage.name, 0.0) + time.perf_counter() - begin
         return times

@@ -159,6 +159,11 @@ class Simulation:
         return self.index / self._fps
 
     @property
+    def cores(self) -> int:
+        """Number of cores that the last step used; on a GPU 1, for the one that waits."""
+        return self._graph.cores
+
+    @property
     def frame_count(self) -> int:
         """Number of the last frame of the scene's duration."""
         return round(self.scene.time.duration * self._fps)

@@ -3,6 +3,7 @@
 import os
 import signal
 import threading
+from types import SimpleNamespace
 
 import pytest
 import warp as wp
@@ -12,7 +13,8 @@ from benchmarks.cloth import sheet
 from tests.simulation.networks import network, tangle
 from tests.simulation.scenes import scene
 from warpsim import Simulation, launch
-from warpsim.kernels import lifecycle_loops
+from warpsim.crew import BrokenFrame
+from warpsim.kernels import crew as meeting
 
 
 @pytest.fixture
@@ -65,11 +67,10 @@ def test_frames_run_in_a_forked_child(parallel):
     assert os.waitpid(child, 0)[1] == 0
 
 
-def test_a_failing_core_does_not_hang_the_others(parallel, monkeypatch):
+def test_a_failing_core_does_not_hang_the_others(parallel):
     sim = Simulation(scene(), device="cpu", threads=2)
-    replay, broken = wp.capture_launch, sim._graph._graphs[2][1]
-    monkeypatch.setattr(wp, "capture_launch", lambda graph: replay(None if graph is broken else graph))
-    with pytest.raises(AttributeError):
+    sim._graph._graphs[2][1] = SimpleNamespace(apic_state=0)  # what Warp refuses to replay
+    with pytest.raises(BrokenFrame):
         sim.step_frame()
 
 
@@ -82,14 +83,10 @@ def test_stages_timed_one_by_one_advance_the_same_frame():
     assert sim.state_hash() == other.state_hash()
 
 
-def test_small_populations_use_one_core(monkeypatch):
+def test_small_populations_use_one_core():
     sim = Simulation(scene(), device="cpu", threads=2)
     sim.run(0.1)
-    used = []
-    replay = wp.capture_launch
-    monkeypatch.setattr(wp, "capture_launch", lambda graph: (used.append(graph), replay(graph)))
-    sim.step_frame()
-    assert used == sim._graph._graphs[1]
+    assert sim.cores == 1
 
 
 def test_networks_use_as_many_cores_as_their_substeps_are_worth():
@@ -104,12 +101,12 @@ def test_cores_that_wait_for_each_other_are_different_ones(monkeypatch):
     """Only while a frame has all of them; a thread that works alone goes where the system likes."""
     cores = os.sched_getaffinity(0)
     sim = Simulation(scene(), device="cpu", threads=len(cores))
-    for least, apart in ((0, len(cores) > 1), (10**9, False)):
-        monkeypatch.setattr(launch, "PARALLEL_FROM", least)
+    monkeypatch.setattr(launch, "PARALLEL_FROM", 0)
+    for _ in range(3):
         sim.step_frame()
-        crew = [t for t in threading.enumerate() if t.name == "warpsim-core-0"]
-        places = [os.sched_getaffinity(thread.native_id) for thread in crew]
-        assert ({min(cores)} in places) == apart
+    crew = [thread for thread in threading.enumerate() if thread.name == "warpsim-core-1"]
+    assert {sorted(cores)[-1]} in [os.sched_getaffinity(thread.native_id) for thread in crew] or len(cores) != 2
+    assert os.sched_getaffinity(0) == cores, "the caller's own thread is where it was"
 
 
 def meetings_of(substeps: int, solver: str, monkeypatch) -> int:
@@ -119,7 +116,7 @@ def meetings_of(substeps: int, solver: str, monkeypatch) -> int:
         patch.setattr(wp, "launch", lambda kernel, *rest, **keys: (waits.append(kernel), start(kernel, *rest, **keys)))
         keys = tangle(100, 200) | {"solver": solver, "pins": [1, 2], "substeps": substeps}
         Simulation(network(**keys), device="cpu", threads=2)
-    return waits.count(lifecycle_loops.resolve_barrier) // 2
+    return waits.count(meeting.resolve_barrier) // 2
 
 
 @pytest.mark.parametrize("solver", ["semi_implicit_euler", "verlet", "drift_kick"])

@@ -1,0 +1,192 @@
+"""The crew on the CPU: how threads wait for an order, replay their parts of a frame side by side, and meet between its stages.
+
+All of it is native, so that nobody needs Python's interpreter lock before the frame is done, and for the CPU only; the functions have no
+plain body. The words of `calls` are addresses of functions, 0 where the system has none.
+"""
+
+import warp as wp
+
+from warpsim.kernels.loops import snippet
+
+LINE = 16  # ints to a cache line, so that words that different cores write are apart
+ROUND, SLEEPERS, FINISHED, AWAITED, LEADER_SLEEPS, PRESENT, QUIT, OPENS, UNDER_WAY = (LINE * k for k in range(9))  # words of the board
+BOARD = LINE * 9
+GIVEN, STATE, MEETING, NUMBER, FAILED, WORKED, TAKEN = range(7)  # words of an order; of one that is done [ns] at work, [ns] in all
+ORDER = 8
+REPLAY, GIVE_WAY, SLEEP, WAKE, CLOCK, GET_PLACE, SET_PLACE = range(7)  # addresses
+CALLS = 7
+ABANDONED = 2 * LINE  # the word of a barrier that a failing core sets
+BARRIER = 3 * LINE
+
+PREAMBLE = """
+    typedef wp::uint64 word;
+    typedef bool (*replaying)(word);
+    typedef void (*yielding)();  // int(*)() would meet Warp's macro int(x)
+    typedef wp::int32 (*reading)(wp::int32, wp::int64*);
+    typedef wp::int32 (*placing)(wp::int32, word, void*);
+    #if defined(_WIN32)
+    typedef wp::int32 (*sleeping)(wp::int32*, wp::int32*, word, wp::uint32);
+    typedef void (*waking)(wp::int32*);
+    #define SLEEP_ON(place, value, ms) if (calls.data[@SLEEP@]) { wp::int32 same = value; \\
+        ((sleeping)calls.data[@SLEEP@])(place, &same, 4, ms); }
+    #define WAKE_ALL(place) if (calls.data[@WAKE@]) ((waking)calls.data[@WAKE@])(place);
+    #elif defined(__linux__)
+    typedef wp::int64 (*system_call)(wp::int64, ...);
+    #if defined(__x86_64__)
+    #define FUTEX 202L
+    #else
+    #define FUTEX 98L
+    #endif
+    #define SLEEP_ON(place, value, ms) if (calls.data[@SLEEP@]) { wp::int64 span[2] = { (ms) / 1000, (ms) % 1000 * 1000000L }; \\
+        ((system_call)calls.data[@SLEEP@])(FUTEX, place, 128L, (wp::int64)(value), span, 0L, 0L); }
+    #define WAKE_ALL(place) if (calls.data[@WAKE@]) ((system_call)calls.data[@WAKE@])(FUTEX, place, 129L, 0x7fffffffL, 0L, 0L, 0L);
+    #else
+    typedef wp::int32 (*dozing)(wp::uint32);
+    #define SLEEP_ON(place, value, ms) if (calls.data[@SLEEP@]) ((dozing)calls.data[@SLEEP@])(200);
+    #define WAKE_ALL(place)
+    #endif
+    #if defined(__x86_64__)
+    #define REST __builtin_ia32_pause();
+    #elif defined(__aarch64__)
+    #define REST __asm__ volatile("yield");
+    #else
+    #define REST
+    #endif
+    #define TURN if (calls.data[@GIVE_WAY@]) ((yielding)calls.data[@GIVE_WAY@])(); else { REST }
+    #if defined(__APPLE__)
+    #define OWN_TIME 16
+    #define ALL_TIME 6
+    #else
+    #define OWN_TIME 3
+    #define ALL_TIME 1
+    #endif
+    #define NOW(kind, span) if (calls.data[@CLOCK@]) ((reading)calls.data[@CLOCK@])(kind, span);
+    #define CARRY_OUT(order) { wp::int64 worked[4] = {}, taken[4] = {}; NOW(ALL_TIME, taken) NOW(OWN_TIME, worked) \\
+        if (!((replaying)calls.data[@REPLAY@])(order[@STATE@])) { \\
+            order[@FAILED@] = 1; __atomic_store_n((wp::int32*)order[@MEETING@] + @ABANDONED@, 1, __ATOMIC_RELEASE); } \\
+        NOW(OWN_TIME, worked + 2) NOW(ALL_TIME, taken + 2) \\
+        order[@WORKED@] = (word)(1000000000LL * (worked[2] - worked[0]) + worked[3] - worked[1]); \\
+        order[@TAKEN@] = (word)(1000000000LL * (taken[2] - taken[0]) + taken[3] - taken[1]); }
+"""
+
+NAMES = """ROUND SLEEPERS FINISHED AWAITED LEADER_SLEEPS PRESENT QUIT OPENS UNDER_WAY GIVEN STATE MEETING NUMBER FAILED WORKED TAKEN
+ORDER ABANDONED REPLAY GIVE_WAY SLEEP WAKE CLOCK GET_PLACE SET_PLACE"""
+MACROS = "SLEEP_ON WAKE_ALL FUTEX REST TURN OWN_TIME ALL_TIME NOW CARRY_OUT"
+
+
+def spelled(text: str) -> str:
+    """Return a snippet with the names of words replaced by their places, and with the macros that all of them use."""
+    text = PREAMBLE + text + "".join(f"    #undef {name}\n" for name in MACROS.split())
+    for name in NAMES.split():
+        text = text.replace(f"@{name}@", str(globals()[name]))
+    return snippet(text)
+
+
+LEAD = """
+    wp::int32* b = board.data;
+    word* order = orders.data;
+    if (b[@OPENS@]) {
+        b[@OPENS@] = b[@FINISHED@] = 0;
+        b[@UNDER_WAY@] = 1;
+        const wp::int32 now = b[@ROUND@] + 1;
+        for (int k = 1; k < orders.shape[0]; ++k) {  // who has no order may wake late, and then find the next one: it is of another round
+            if (orders.data[k * @ORDER@ + @GIVEN@]) orders.data[k * @ORDER@ + @NUMBER@] = (word)now;
+        }
+        __atomic_store_n(b + @ROUND@, now, __ATOMIC_SEQ_CST);
+        if (__atomic_load_n(b + @SLEEPERS@, __ATOMIC_SEQ_CST)) { WAKE_ALL(b + @ROUND@) }
+        if (order[@GIVEN@]) {
+            wp::uint64 home[16] = {};
+            bool moved = place.data[0] && calls.data[@GET_PLACE@] && ((placing)calls.data[@GET_PLACE@])(0, 128, home) >= 0;
+            moved = moved && !((placing)calls.data[@SET_PLACE@])(0, 128, place.data + 1);
+            CARRY_OUT(order)
+            if (moved) ((placing)calls.data[@SET_PLACE@])(0, 128, home);
+            for (int turn = 0; turn < 2100 && __atomic_load_n(b + @FINISHED@, __ATOMIC_ACQUIRE) != b[@AWAITED@]; ++turn) {
+                if (turn < 2000) { REST } else { TURN }
+            }
+        }
+    }
+    __atomic_store_n(b + @LEADER_SLEEPS@, 1, __ATOMIC_SEQ_CST);
+    for (int turn = 0; turn < b[@AWAITED@] + 1; ++turn) {  // each that finishes may wake it for nothing
+        const wp::int32 finished = __atomic_load_n(b + @FINISHED@, __ATOMIC_SEQ_CST);
+        if (finished == b[@AWAITED@]) { b[@UNDER_WAY@] = 0; break; }
+        SLEEP_ON(b + @FINISHED@, finished, 50)
+    }
+    __atomic_store_n(b + @LEADER_SLEEPS@, 0, __ATOMIC_SEQ_CST);
+"""
+
+
+@wp.func_native(spelled(LEAD))
+def lead(board: wp.array[int], orders: wp.array2d[wp.uint64], place: wp.array[wp.uint64], calls: wp.array[wp.uint64]):
+    """Open a round, carry out the leader's own order, if there is one, on the core that `place` says, and wait a while for the others."""
+    ...
+
+
+FOLLOW = """
+    wp::int32* b = board.data;
+    volatile word* order = orders.data + part * @ORDER@;
+    wp::int32 seen = __atomic_load_n(b + @ROUND@, __ATOMIC_ACQUIRE);
+    __atomic_add_fetch(b + @PRESENT@, 1, __ATOMIC_ACQ_REL);
+    for (;;) {
+        wp::int32 now = seen;
+        for (int turn = 0; turn < 2100 && now == seen; ++turn) {
+            if (turn < 2000) { REST } else { TURN }
+            now = __atomic_load_n(b + @ROUND@, __ATOMIC_ACQUIRE);
+        }
+        if (now == seen) {
+            __atomic_add_fetch(b + @SLEEPERS@, 1, __ATOMIC_SEQ_CST);
+            if (__atomic_load_n(b + @ROUND@, __ATOMIC_SEQ_CST) == seen) { SLEEP_ON(b + @ROUND@, seen, 1000) }
+            __atomic_sub_fetch(b + @SLEEPERS@, 1, __ATOMIC_SEQ_CST);
+            continue;
+        }
+        seen = now;
+        if (b[@QUIT@]) break;
+        if (order[@NUMBER@] != (word)now) continue;  // of another round, for one who wakes late
+        CARRY_OUT(order)
+        if (__atomic_add_fetch(b + @FINISHED@, 1, __ATOMIC_SEQ_CST) == b[@AWAITED@]
+            && __atomic_load_n(b + @LEADER_SLEEPS@, __ATOMIC_SEQ_CST)) { WAKE_ALL(b + @FINISHED@) }
+    }
+"""
+
+
+@wp.func_native(spelled(FOLLOW))
+def follow(part: int, board: wp.array[int], orders: wp.array2d[wp.uint64], calls: wp.array[wp.uint64]):
+    """Carry out the orders of round after round: look for a while after each, then sleep; until told to quit."""
+    ...
+
+
+BARRIER_TEXT = """
+    int *arrived = barrier.data, *round = arrived + 16, *abandoned = arrived + @ABANDONED@;  // a cache line each
+    const int now = __atomic_load_n(round, __ATOMIC_ACQUIRE);
+    if (__atomic_add_fetch(arrived, 1, __ATOMIC_ACQ_REL) == part_count) {
+        __atomic_store_n(arrived, 0, __ATOMIC_RELAXED);
+        __atomic_store_n(round, now + 1, __ATOMIC_RELEASE);
+    } else for (int spin = 0; __atomic_load_n(round, __ATOMIC_ACQUIRE) == now && !__atomic_load_n(abandoned, __ATOMIC_RELAXED); ++spin) {
+        if (spin >= 1000) { TURN } else { REST }
+    }
+"""
+
+
+@wp.func_native(spelled(BARRIER_TEXT))
+def wait_for_all(part_count: int, calls: wp.array[wp.uint64], barrier: wp.array[int]):
+    """Spin, then yield to other threads, until every part has arrived."""
+    ...
+
+
+@wp.kernel(enable_backward=False)
+def lead_round(
+    first: int, board_inout: wp.array[int], orders_inout: wp.array2d[wp.uint64], place: wp.array[wp.uint64], calls: wp.array[wp.uint64]
+):
+    """Open a round and take part in it, or wait on for one that is open."""
+    lead(board_inout, orders_inout, place, calls)
+
+
+@wp.kernel(enable_backward=False)
+def follow_rounds(part: int, part_count: int, board_inout: wp.array[int], orders_inout: wp.array2d[wp.uint64], calls: wp.array[wp.uint64]):
+    """Be a thread of the crew until told to quit."""
+    follow(part, board_inout, orders_inout, calls)
+
+
+@wp.kernel(enable_backward=False)
+def resolve_barrier(part_count: int, calls: wp.array[wp.uint64], barrier_inout: wp.array[int]):
+    """Wait for the other cores: a node of a captured graph."""
+    wait_for_all(part_count, calls, barrier_inout)
