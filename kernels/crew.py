@@ -27,9 +27,9 @@ PREAMBLE = """
     #if defined(_WIN32)
     typedef wp::int32 (*sleeping)(wp::int32*, wp::int32*, word, wp::uint32);
     typedef void (*waking)(wp::int32*);
-    #define SLEEP_ON(place, value, ms) if (calls.data[@SLEEP@]) { wp::int32 same = value; \\
-        ((sleeping)calls.data[@SLEEP@])(place, &same, 4, ms); }
-    #define WAKE_ALL(place) if (calls.data[@WAKE@]) ((waking)calls.data[@WAKE@])(place);
+    #define SLEEP_ON(place, value, ms) if (((const word*)calls)[@SLEEP@]) { wp::int32 same = value; \\
+        ((sleeping)((const word*)calls)[@SLEEP@])(place, &same, 4, ms); }
+    #define WAKE_ALL(place) if (((const word*)calls)[@WAKE@]) ((waking)((const word*)calls)[@WAKE@])(place);
     #elif defined(__linux__)
     typedef wp::int64 (*system_call)(wp::int64, ...);
     #if defined(__x86_64__)
@@ -37,12 +37,12 @@ PREAMBLE = """
     #else
     #define FUTEX 98L
     #endif
-    #define SLEEP_ON(place, value, ms) if (calls.data[@SLEEP@]) { wp::int64 span[2] = { (ms) / 1000, (ms) % 1000 * 1000000L }; \\
-        ((system_call)calls.data[@SLEEP@])(FUTEX, place, 128L, (wp::int64)(value), span, 0L, 0L); }
-    #define WAKE_ALL(place) if (calls.data[@WAKE@]) ((system_call)calls.data[@WAKE@])(FUTEX, place, 129L, 0x7fffffffL, 0L, 0L, 0L);
+    #define SLEEP_ON(place, value, ms) if (((const word*)calls)[@SLEEP@]) { wp::int64 span[2] = { (ms) / 1000, (ms) % 1000 * 1000000L }; \\
+        ((system_call)((const word*)calls)[@SLEEP@])(FUTEX, place, 128L, (wp::int64)(value), span, 0L, 0L); }
+    #define WAKE_ALL(place) if (((const word*)calls)[@WAKE@]) ((system_call)((const word*)calls)[@WAKE@])(FUTEX, place, 129L, 0x7fffffffL, 0L, 0L, 0L);
     #else
     typedef wp::int32 (*dozing)(wp::uint32);
-    #define SLEEP_ON(place, value, ms) if (calls.data[@SLEEP@]) ((dozing)calls.data[@SLEEP@])(200);
+    #define SLEEP_ON(place, value, ms) if (((const word*)calls)[@SLEEP@]) ((dozing)((const word*)calls)[@SLEEP@])(200);
     #define WAKE_ALL(place)
     #endif
     #if defined(__x86_64__)
@@ -52,7 +52,7 @@ PREAMBLE = """
     #else
     #define REST
     #endif
-    #define TURN if (calls.data[@GIVE_WAY@]) ((yielding)calls.data[@GIVE_WAY@])(); else { REST }
+    #define TURN if (((const word*)calls)[@GIVE_WAY@]) ((yielding)((const word*)calls)[@GIVE_WAY@])(); else { REST }
     #if defined(__APPLE__)
     #define OWN_TIME 16
     #define ALL_TIME 6
@@ -60,9 +60,9 @@ PREAMBLE = """
     #define OWN_TIME 3
     #define ALL_TIME 1
     #endif
-    #define NOW(kind, span) if (calls.data[@CLOCK@]) ((reading)calls.data[@CLOCK@])(kind, span);
+    #define NOW(kind, span) if (((const word*)calls)[@CLOCK@]) ((reading)((const word*)calls)[@CLOCK@])(kind, span);
     #define CARRY_OUT(order) { wp::int64 worked[4] = {}, taken[4] = {}; NOW(ALL_TIME, taken) NOW(OWN_TIME, worked) \\
-        if (!((replaying)calls.data[@REPLAY@])(order[@STATE@])) { \\
+        if (!((replaying)((const word*)calls)[@REPLAY@])(order[@STATE@])) { \\
             order[@FAILED@] = 1; __atomic_store_n((wp::int32*)order[@MEETING@] + @ABANDONED@, 1, __ATOMIC_RELEASE); } \\
         NOW(OWN_TIME, worked + 2) NOW(ALL_TIME, taken + 2) \\
         order[@WORKED@] = (word)(1000000000LL * (worked[2] - worked[0]) + worked[3] - worked[1]); \\
@@ -96,10 +96,10 @@ LEAD = """
         if (__atomic_load_n(b + @SLEEPERS@, __ATOMIC_SEQ_CST)) { WAKE_ALL(b + @ROUND@) }
         if (order[@GIVEN@]) {
             wp::uint64 home[16] = {};
-            bool moved = place.data[0] && calls.data[@GET_PLACE@] && ((placing)calls.data[@GET_PLACE@])(0, 128, home) >= 0;
-            moved = moved && !((placing)calls.data[@SET_PLACE@])(0, 128, place.data + 1);
+            bool moved = ((word*)place)[0] && ((const word*)calls)[@GET_PLACE@] && ((placing)((const word*)calls)[@GET_PLACE@])(0, 128, home) >= 0;
+            moved = moved && !((placing)((const word*)calls)[@SET_PLACE@])(0, 128, (word*)place + 1);
             CARRY_OUT(order)
-            if (moved) ((placing)calls.data[@SET_PLACE@])(0, 128, home);
+            if (moved) ((placing)((const word*)calls)[@SET_PLACE@])(0, 128, home);
             for (int turn = 0; turn < 2100 && __atomic_load_n(b + @FINISHED@, __ATOMIC_ACQUIRE) != b[@AWAITED@]; ++turn) {
                 if (turn < 2000) { REST } else { TURN }
             }
@@ -116,7 +116,7 @@ LEAD = """
 
 
 @wp.func_native(spelled(LEAD))
-def lead(board: wp.array[int], orders: wp.array2d[wp.uint64], place: wp.array[wp.uint64], calls: wp.array[wp.uint64]):
+def lead(board: wp.array[int], orders: wp.array2d[wp.uint64], place: wp.uint64, calls: wp.uint64):
     """Open a round, carry out the leader's own order, if there is one, on the core that `place` says, and wait a while for the others."""
     ...
 
@@ -149,7 +149,7 @@ FOLLOW = """
 
 
 @wp.func_native(spelled(FOLLOW))
-def follow(part: int, board: wp.array[int], orders: wp.array2d[wp.uint64], calls: wp.array[wp.uint64]):
+def follow(part: int, board: wp.array[int], orders: wp.array2d[wp.uint64], calls: wp.uint64):
     """Carry out the orders of round after round: look for a while after each, then sleep; until told to quit."""
     ...
 
@@ -167,26 +167,24 @@ BARRIER_TEXT = """
 
 
 @wp.func_native(spelled(BARRIER_TEXT))
-def wait_for_all(part_count: int, calls: wp.array[wp.uint64], barrier: wp.array[int]):
+def wait_for_all(part_count: int, calls: wp.uint64, barrier: wp.array[int]):
     """Spin, then yield to other threads, until every part has arrived."""
     ...
 
 
 @wp.kernel(enable_backward=False)
-def lead_round(
-    first: int, board_inout: wp.array[int], orders_inout: wp.array2d[wp.uint64], place: wp.array[wp.uint64], calls: wp.array[wp.uint64]
-):
+def lead_round(first: int, board_inout: wp.array[int], orders_inout: wp.array2d[wp.uint64], place: wp.uint64, calls: wp.uint64):
     """Open a round and take part in it, or wait on for one that is open."""
     lead(board_inout, orders_inout, place, calls)
 
 
 @wp.kernel(enable_backward=False)
-def follow_rounds(part: int, part_count: int, board_inout: wp.array[int], orders_inout: wp.array2d[wp.uint64], calls: wp.array[wp.uint64]):
+def follow_rounds(part: int, part_count: int, board_inout: wp.array[int], orders_inout: wp.array2d[wp.uint64], calls: wp.uint64):
     """Be a thread of the crew until told to quit."""
     follow(part, board_inout, orders_inout, calls)
 
 
 @wp.kernel(enable_backward=False)
-def resolve_barrier(part_count: int, calls: wp.array[wp.uint64], barrier_inout: wp.array[int]):
+def resolve_barrier(part_count: int, calls: wp.uint64, barrier_inout: wp.array[int]):
     """Wait for the other cores: a node of a captured graph."""
     wait_for_all(part_count, calls, barrier_inout)

@@ -42,6 +42,11 @@ def _address(library, name: str) -> int:
     return (ctypes.cast(function, ctypes.c_void_p).value or 0) if function else 0
 
 
+def calls() -> wp.uint64:
+    """Return where native code finds the addresses of what it calls."""
+    return wp.uint64(function_addresses().ptr)
+
+
 def can_share() -> bool:
     """Return whether this Warp tells where its replay is, without which a frame is one core's."""
     return bool(function_addresses().numpy()[native.REPLAY])
@@ -84,7 +89,7 @@ class Crew:
         self._told: tuple | None = None  # what stands in the orders
         self._parts = slice(0)
         native.lead_round.module.load("cpu", 1)
-        self._round = self._captured(native.lead_round, 0, self._board, self._orders, self._place, function_addresses())
+        self._round = self._captured(native.lead_round, 0, self._board, self._orders, wp.uint64(self._place.ptr), calls())
         atexit.register(self._dismiss)
 
     def _captured(self, kernel: wp.Kernel, *inputs) -> wp.Graph:
@@ -152,7 +157,7 @@ class Crew:
         """Have at least so many threads, all of them within their native loop."""
         while len(self._threads) < count:
             part = len(self._threads) + 1
-            rounds = self._captured(native.follow_rounds, part, MOST_CORES, self._board, self._orders, function_addresses())
+            rounds = self._captured(native.follow_rounds, part, MOST_CORES, self._board, self._orders, calls())
             thread = threading.Thread(target=wp.capture_launch, args=(rounds,), daemon=True, name=f"warpsim-core-{part}")
             thread.start()
             self._threads.append(thread)

@@ -10,7 +10,7 @@ from itertools import chain
 import warp as wp
 
 from warpsim.cores import Crowding, available_cores
-from warpsim.crew import MOST_CORES, STANDS_ASIDE, can_share, crew, function_addresses, replay, worth_keeping_lock
+from warpsim.crew import MOST_CORES, STANDS_ASIDE, calls, can_share, crew, replay, worth_keeping_lock
 from warpsim.kernels import crew as meeting
 
 __all__ = ["MOST_CORES", "PARALLEL_FROM", "FrameGraph", "Stage", "available_cores"]
@@ -77,7 +77,7 @@ class FrameGraph:
                 continue
             self._launch(stage, core, core_count)
             if core_count > 1 and not (self._keeps_to_itself(stage) and self._keeps_to_itself(following)):
-                wp.launch(meeting.resolve_barrier, 1, [core_count, function_addresses(), self._barrier], device=self.device)
+                wp.launch(meeting.resolve_barrier, 1, [core_count, calls(), self._barrier], device=self.device)
 
     def _repeat(self, stage: Stage, body: Callable[[], None]) -> None:
         """Launch the body of a stage while its condition holds: each core looks at it after all have met, before any can change it."""
