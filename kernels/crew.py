@@ -20,6 +20,7 @@ BARRIER = 3 * LINE
 
 PREAMBLE = """
     typedef wp::uint64 word;
+    #define CALL ((const word*)calls)
     typedef bool (*replaying)(word);
     typedef void (*yielding)();  // int(*)() would meet Warp's macro int(x)
     typedef wp::int32 (*reading)(wp::int32, wp::int64*);
@@ -27,9 +28,9 @@ PREAMBLE = """
     #if defined(_WIN32)
     typedef wp::int32 (*sleeping)(wp::int32*, wp::int32*, word, wp::uint32);
     typedef void (*waking)(wp::int32*);
-    #define SLEEP_ON(place, value, ms) if (((const word*)calls)[@SLEEP@]) { wp::int32 same = value; \\
-        ((sleeping)((const word*)calls)[@SLEEP@])(place, &same, 4, ms); }
-    #define WAKE_ALL(place) if (((const word*)calls)[@WAKE@]) ((waking)((const word*)calls)[@WAKE@])(place);
+    #define SLEEP_ON(place, value, ms) if (CALL[@SLEEP@]) { wp::int32 same = value; \\
+        ((sleeping)CALL[@SLEEP@])(place, &same, 4, ms); }
+    #define WAKE_ALL(place) if (CALL[@WAKE@]) ((waking)CALL[@WAKE@])(place);
     #elif defined(__linux__)
     typedef wp::int64 (*system_call)(wp::int64, ...);
     #if defined(__x86_64__)
@@ -37,12 +38,12 @@ PREAMBLE = """
     #else
     #define FUTEX 98L
     #endif
-    #define SLEEP_ON(place, value, ms) if (((const word*)calls)[@SLEEP@]) { wp::int64 span[2] = { (ms) / 1000, (ms) % 1000 * 1000000L }; \\
-        ((system_call)((const word*)calls)[@SLEEP@])(FUTEX, place, 128L, (wp::int64)(value), span, 0L, 0L); }
-    #define WAKE_ALL(place) if (((const word*)calls)[@WAKE@]) ((system_call)((const word*)calls)[@WAKE@])(FUTEX, place, 129L, 0x7fffffffL, 0L, 0L, 0L);
+    #define SLEEP_ON(place, value, ms) if (CALL[@SLEEP@]) { wp::int64 span[2] = { (ms) / 1000, (ms) % 1000 * 1000000L }; \\
+        ((system_call)CALL[@SLEEP@])(FUTEX, place, 128L, (wp::int64)(value), span, 0L, 0L); }
+    #define WAKE_ALL(place) if (CALL[@WAKE@]) ((system_call)CALL[@WAKE@])(FUTEX, place, 129L, 0x7fffffffL, 0L, 0L, 0L);
     #else
     typedef wp::int32 (*dozing)(wp::uint32);
-    #define SLEEP_ON(place, value, ms) if (((const word*)calls)[@SLEEP@]) ((dozing)((const word*)calls)[@SLEEP@])(200);
+    #define SLEEP_ON(place, value, ms) if (CALL[@SLEEP@]) ((dozing)CALL[@SLEEP@])(200);
     #define WAKE_ALL(place)
     #endif
     #if defined(__x86_64__)
@@ -52,7 +53,7 @@ PREAMBLE = """
     #else
     #define REST
     #endif
-    #define TURN if (((const word*)calls)[@GIVE_WAY@]) ((yielding)((const word*)calls)[@GIVE_WAY@])(); else { REST }
+    #define TURN if (CALL[@GIVE_WAY@]) ((yielding)CALL[@GIVE_WAY@])(); else { REST }
     #if defined(__APPLE__)
     #define OWN_TIME 16
     #define ALL_TIME 6
@@ -60,9 +61,9 @@ PREAMBLE = """
     #define OWN_TIME 3
     #define ALL_TIME 1
     #endif
-    #define NOW(kind, span) if (((const word*)calls)[@CLOCK@]) ((reading)((const word*)calls)[@CLOCK@])(kind, span);
+    #define NOW(kind, span) if (CALL[@CLOCK@]) ((reading)CALL[@CLOCK@])(kind, span);
     #define CARRY_OUT(order) { wp::int64 worked[4] = {}, taken[4] = {}; NOW(ALL_TIME, taken) NOW(OWN_TIME, worked) \\
-        if (!((replaying)((const word*)calls)[@REPLAY@])(order[@STATE@])) { \\
+        if (!((replaying)CALL[@REPLAY@])(order[@STATE@])) { \\
             order[@FAILED@] = 1; __atomic_store_n((wp::int32*)order[@MEETING@] + @ABANDONED@, 1, __ATOMIC_RELEASE); } \\
         NOW(OWN_TIME, worked + 2) NOW(ALL_TIME, taken + 2) \\
         order[@WORKED@] = (word)(1000000000LL * (worked[2] - worked[0]) + worked[3] - worked[1]); \\
@@ -71,7 +72,7 @@ PREAMBLE = """
 
 NAMES = """ROUND SLEEPERS FINISHED AWAITED LEADER_SLEEPS PRESENT QUIT OPENS UNDER_WAY GIVEN STATE MEETING NUMBER FAILED WORKED TAKEN
 ORDER ABANDONED REPLAY GIVE_WAY SLEEP WAKE CLOCK GET_PLACE SET_PLACE"""
-MACROS = "SLEEP_ON WAKE_ALL FUTEX REST TURN OWN_TIME ALL_TIME NOW CARRY_OUT"
+MACROS = "CALL SLEEP_ON WAKE_ALL FUTEX REST TURN OWN_TIME ALL_TIME NOW CARRY_OUT"
 
 
 def spelled(text: str) -> str:
@@ -96,10 +97,10 @@ LEAD = """
         if (__atomic_load_n(b + @SLEEPERS@, __ATOMIC_SEQ_CST)) { WAKE_ALL(b + @ROUND@) }
         if (order[@GIVEN@]) {
             wp::uint64 home[16] = {};
-            bool moved = ((word*)place)[0] && ((const word*)calls)[@GET_PLACE@] && ((placing)((const word*)calls)[@GET_PLACE@])(0, 128, home) >= 0;
-            moved = moved && !((placing)((const word*)calls)[@SET_PLACE@])(0, 128, (word*)place + 1);
+            bool moved = ((word*)place)[0] && CALL[@GET_PLACE@] && ((placing)CALL[@GET_PLACE@])(0, 128, home) >= 0;
+            moved = moved && !((placing)CALL[@SET_PLACE@])(0, 128, (word*)place + 1);
             CARRY_OUT(order)
-            if (moved) ((placing)((const word*)calls)[@SET_PLACE@])(0, 128, home);
+            if (moved) ((placing)CALL[@SET_PLACE@])(0, 128, home);
             for (int turn = 0; turn < 2100 && __atomic_load_n(b + @FINISHED@, __ATOMIC_ACQUIRE) != b[@AWAITED@]; ++turn) {
                 if (turn < 2000) { REST } else { TURN }
             }
