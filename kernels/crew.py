@@ -117,7 +117,7 @@ LEAD = """
 
 
 @wp.func_native(spelled(LEAD))
-def lead(board: wp.array[int], orders: wp.array2d[wp.uint64], place: wp.uint64, calls: wp.uint64):
+def open_round(board: wp.array[int], orders: wp.array2d[wp.uint64], place: wp.uint64, calls: wp.uint64):
     """Open a round, carry out the leader's own order, if there is one, on the core that `place` says, and wait a while for the others."""
     ...
 
@@ -150,7 +150,7 @@ FOLLOW = """
 
 
 @wp.func_native(spelled(FOLLOW))
-def follow(part: int, board: wp.array[int], orders: wp.array2d[wp.uint64], calls: wp.uint64):
+def serve_rounds(part: int, board: wp.array[int], orders: wp.array2d[wp.uint64], calls: wp.uint64):
     """Carry out the orders of round after round: look for a while after each, then sleep; until told to quit."""
     ...
 
@@ -176,13 +176,13 @@ def wait_for_all(part_count: int, calls: wp.uint64, barrier: wp.array[int]):
 @wp.kernel(enable_backward=False)
 def lead_round(first: int, board_inout: wp.array[int], orders_inout: wp.array2d[wp.uint64], place: wp.uint64, calls: wp.uint64):
     """Open a round and take part in it, or wait on for one that is open."""
-    lead(board_inout, orders_inout, place, calls)
+    open_round(board_inout, orders_inout, place, calls)
 
 
 @wp.kernel(enable_backward=False)
 def follow_rounds(part: int, part_count: int, board_inout: wp.array[int], orders_inout: wp.array2d[wp.uint64], calls: wp.uint64):
     """Be a thread of the crew until told to quit."""
-    follow(part, board_inout, orders_inout, calls)
+    serve_rounds(part, board_inout, orders_inout, calls)
 
 
 @wp.kernel(enable_backward=False)
