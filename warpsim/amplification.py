@@ -16,19 +16,24 @@ GROWING = ("adams_bashforth_2", "abm_pece_4")  # by which an undamped oscillator
 
 def largest_growth(solver: str, a: np.ndarray, g: np.ndarray, z: np.ndarray) -> float:
     """Return the largest factor by which a step multiplies anything, over oscillators given by arrays (n,) each."""
-    size = 2 + _PAST.get(solver, 0)
-    columns = [_STEPS[solver](column, a, g, _phi(z)) for column in np.eye(size, 5)]
+    size, phi = 2 + _PAST.get(solver, 0), _phi(z)
+    columns = [_STEPS[solver](column, a, g, phi) for column in np.eye(size, 5)]
     matrices = np.stack([np.stack(np.broadcast_arrays(*column, a)[:size], axis=-1) for column in columns], axis=-1)
     return float(np.abs(np.linalg.eigvals(matrices)).max(initial=0.0))
 
 
 def _phi(z: np.ndarray) -> list[np.ndarray]:
-    """Return z and φ_0 … φ_5 of −z, φ_{j+1} = (1/j! − φ_j)/z; below 1 their series."""
-    series = [sum((-np.minimum(z, 1.0)) ** m / math.factorial(m + j) for m in range(20)) for j in range(6)]
+    """Return z and φ_0 … φ_5 of −z, φ_{j+1} = (1/j! − φ_j)/z upward; below 1, where that cancels, downward from the series of φ_5."""
+    small = np.minimum(z, 1.0)
+    series = [np.zeros_like(small)]
+    for m in reversed(range(20)):
+        series[0] = 1.0 / math.factorial(m + 5) - small * series[0]
+    for j in reversed(range(5)):
+        series.insert(0, 1.0 / math.factorial(j) - small * series[0])
     ratio, values = 1.0 / np.maximum(z, 1.0), [np.exp(-z)]
     for j in range(5):
         values.append((1.0 / math.factorial(j) - values[-1]) * ratio)
-    return [z, *(np.where(z < 1.0, small, large) for small, large in zip(series, values, strict=True))]
+    return [z, *(np.where(z < 1.0, near, far) for near, far in zip(series, values, strict=True))]
 
 
 def _glide(x, v, n, slopes, phi):

@@ -36,7 +36,7 @@ def folder(tmp_path):
     return tmp_path
 
 
-@pytest.mark.skipif(find_chromium() is None, reason="no Chromium here")
+@pytest.mark.skipif(find_chromium() is None, reason="no Chromium is installed")
 def test_a_browser_that_is_killed(folder):
     with Process("run", "sliding.yaml", "--port", "0", cwd=folder) as run:
         browser = Browser((320, 240))

@@ -51,12 +51,11 @@ def test_a_carried_body_points_where_it_swims_also_in_a_replay(tmp_path):
 
 @pytest.fixture(scope="module")
 def browser():
-    if find_chromium() is None:
-        pytest.skip("no Chromium")
     with Browser() as browser:
         yield browser
 
 
+@pytest.mark.skipif(find_chromium() is None, reason="no Chromium is installed")
 @pytest.mark.parametrize("kind", ["arrows", "birds", "fish"])
 def test_bodies_are_drawn_along_their_headings(kind, browser, tmp_path):
     """One red body to the right, then one upward: what is drawn is longer along the heading than across it, but for wings, which span."""
