@@ -11,6 +11,14 @@ def _devices() -> list[str]:
     return ["cpu", *(["cuda"] if wp.is_cuda_available() else [])]
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers() -> int:
+    """`-n auto`: a worker for each core that this process may use, up to eight; each holds up to a gigabyte."""
+    from warpsim.launch import available_cores
+
+    return min(available_cores(), 8)
+
+
 def pytest_generate_tests(metafunc):
     """A test that takes `device` runs once on every kind of device this machine has."""
     if "device" in metafunc.fixturenames:
