@@ -22,8 +22,15 @@ CASES = {  # name -> scene, path of the number, what the mass is called
 }
 
 
+@pytest.fixture
+def few_substeps(monkeypatch):
+    """A frame has room for 400: what is said does not depend on how many, and ten thousand take a quarter of a minute to lay out."""
+    monkeypatch.setattr("warpsim.budget.MOST_SUBSTEPS", 400)
+    monkeypatch.setattr("warpsim.stability.MOST_SUBSTEPS", 400)
+
+
 @pytest.mark.parametrize("case", CASES)
-def test_what_is_too_stiff_is_named_and_what_is_said_helps(case, tmp_path):
+def test_what_is_too_stiff_is_named_and_what_is_said_helps(case, tmp_path, few_substeps):
     text, path, mass = CASES[case]
     (tmp_path / "x.yaml").write_text(text)
     with pytest.raises(SceneError) as refused:
@@ -32,10 +39,10 @@ def test_what_is_too_stiff_is_named_and_what_is_said_helps(case, tmp_path):
     assert problem.path == f"systems.s.{path}", str(refused.value)
     told = re.search(rf"{re.escape(path)} may be (\S+) N.* at most.*or {mass} must be (\S+) times larger", problem.message)
     value, factor = float(told[1]), float(told[2])
-    assert Simulation(load_scene(tmp_path / "x.yaml", overrides=[f"systems.s.{path}={value}"]), device="cpu").advice["s"].sufficient
+    assert Simulation(load_scene(tmp_path / "x.yaml", overrides=[f"systems.s.{path}={value}"]), "cpu", threads=1).advice["s"].sufficient
     spec = load_scene(tmp_path / "x.yaml").systems["s"]
     heavy = [m * factor for m in spec.mass] if isinstance(getattr(spec, mass), tuple) else getattr(spec, mass) * factor
-    assert Simulation(load_scene(tmp_path / "x.yaml", overrides=[f"systems.s.{mass}={heavy}"]), device="cpu").advice["s"].sufficient
+    assert Simulation(load_scene(tmp_path / "x.yaml", overrides=[f"systems.s.{mass}={heavy}"]), "cpu", threads=1).advice["s"].sufficient
     with pytest.raises(SceneError):  # and it says no more than it must
         Simulation(load_scene(tmp_path / "x.yaml", overrides=[f"systems.s.{path}={1.1 * value}"]), device="cpu")
 
