@@ -5,7 +5,7 @@ Two boids belong to one cluster where a chain of others leads from one to the ot
 
 import warp as wp
 
-from warpsim.kernels.domain import Domain, cell_in, fold, layout_in, run_in
+from warpsim.kernels.domain import Domain, cell_in, closes_upon, fold_if, layout_in, run_in
 from warpsim.kernels.flock import Crowd
 from warpsim.kernels.grid import FINE, Layout
 from warpsim.kernels.planar import read3
@@ -22,8 +22,9 @@ def nearest_to(k: int, crowd: Crowd, domain: Domain, layout: Layout, reach2: flo
     found = int(0)
     for part in range(18):
         ends = run_in(crowd.grid, cell, part // 2, 2 * FINE + 1, part % 2, domain, layout)
+        crosses = closes_upon(cell, part // 2, 2 * FINE + 1, domain)
         for j in range(ends[0], ends[1]):
-            d = fold(read3(crowd.sorted, j) - x, domain)
+            d = fold_if(crosses, read3(crowd.sorted, j) - x, domain)
             d2 = wp.dot(d, d)
             if j != k and d2 < best:
                 best = d2
@@ -60,8 +61,9 @@ def link_earlier(k: int, crowd: Crowd, domain: Domain, layout: Layout, reach2: f
     cell = cell_in(x, domain, layout)
     for part in range(18):
         ends = run_in(crowd.grid, cell, part // 2, 2 * FINE + 1, part % 2, domain, layout)
+        crosses = closes_upon(cell, part // 2, 2 * FINE + 1, domain)
         for j in range(ends[0], wp.min(ends[1], k)):
-            d = fold(read3(crowd.sorted, j) - x, domain)
+            d = fold_if(crosses, read3(crowd.sorted, j) - x, domain)
             if wp.dot(d, d) < reach2:
                 a = root_of(parent_inout, j)
                 b = root_of(parent_inout, k)

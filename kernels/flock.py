@@ -10,7 +10,7 @@ all count, or the nearest k (Ballerini et al. 2008): a first pass finds the last
 
 import warp as wp
 
-from warpsim.kernels.domain import Domain, bucket_in, cell_in, fold, layout_in, run_in
+from warpsim.kernels.domain import Domain, bucket_in, cell_in, closes_upon, fold_if, layout_in, run_in
 from warpsim.kernels.grid import FINE, Grid, Layout, finite
 from warpsim.kernels.planar import read3, write3
 from warpsim.kernels.random import random_words, uniform_signed
@@ -161,8 +161,9 @@ def part_coincident(
     apart = wp.vec3()
     for part in range(18):
         ends = run_in(theirs.grid, cell, part // 2, 2 * FINE + 1, part % 2, domain, layout)
+        crosses = closes_upon(cell, part // 2, 2 * FINE + 1, domain)
         for j in range(ends[0], ends[1]):
-            d = fold(read3(theirs.sorted, j) - x, domain)
+            d = fold_if(crosses, read3(theirs.sorted, j) - x, domain)
             d2 = wp.dot(d, d)
             if d2 == 0.0 and (own == 0 or j != k) and counts(d2, theirs.grid.order[j], last.d2, last.number) > 0.0:
                 apart = apart + push_apart(slot, theirs.grid.order[j], domain, rules)
@@ -190,8 +191,9 @@ def find_horizon(k: int, own: int, rules: Rules, mine: Crowd, theirs: Crowd, cel
     numbers = Numbers(last.number)
     for part in range(18):
         ends = run_in(theirs.grid, cell, part // 2, 2 * FINE + 1, part % 2, domain, layout)
+        crosses = closes_upon(cell, part // 2, 2 * FINE + 1, domain)
         for j in range(ends[0], ends[1]):
-            d = fold(read3(theirs.sorted, j) - x, domain)
+            d = fold_if(crosses, read3(theirs.sorted, j) - x, domain)
             d2 = wp.dot(d, d)
             number = theirs.grid.order[j]
             m = attends(d2, wp.dot(d, v), limit, rules.reach2) * wp.where(own == 1 and j == k, 0.0, 1.0)
@@ -222,8 +224,9 @@ def gather_company(k: int, slot: int, own: int, rules: Rules, mine: Crowd, their
     company = no_company()
     for part in range(18):
         ends = run_in(theirs.grid, cell, part // 2, 2 * FINE + 1, part % 2, domain, layout)
+        crosses = closes_upon(cell, part // 2, 2 * FINE + 1, domain)
         for j in range(ends[0], ends[1]):
-            d = fold(read3(theirs.sorted, j) - x, domain)
+            d = fold_if(crosses, read3(theirs.sorted, j) - x, domain)
             m = attends(wp.dot(d, d), wp.dot(d, v), limit, rules.reach2) * wp.where(own == 1 and j == k, 0.0, 1.0)
             m = m * counts(wp.dot(d, d), theirs.grid.order[j], last.d2, last.number)
             vj = wp.vec3(theirs.sorted[3, j], theirs.sorted[4, j], theirs.sorted[5, j])

@@ -7,7 +7,7 @@ parts do. As in pairwise_loops.py.
 
 import warp as wp
 
-from warpsim.kernels.domain import PERIODIC, bucket_in, cell_in, folded, layout_in, run_in
+from warpsim.kernels.domain import PERIODIC, bucket_in, cell_around, cell_at, cell_in, cell_within, closes_upon, folded, layout_in, run_in
 from warpsim.kernels.flock import (
     MOST_NEAREST,
     Crowd,
@@ -24,7 +24,7 @@ from warpsim.kernels.flock import (
     view_limit,
     within_reach,
 )
-from warpsim.kernels.grid import FINE, LONGEST_RUN, Grid, finite
+from warpsim.kernels.grid import FINE, LONGEST_RUN, Grid, bucket_of, finite
 from warpsim.kernels.loops import share, snippet
 from warpsim.kernels.planar import read3
 
@@ -37,14 +37,21 @@ MARK = """
     const auto domain = crowd.domain.data[0];
     const auto layout = $layout_in(grid, crowd.count, domain);
     const int nobody = (int)layout.mask + 1;
-    for (int i = begin; i < end; ++i) {
-        const vec x(P[i], P[i + S], P[i + 2 * S]);
-        bucket.data[i] = $finite(x) ? $bucket_in(x, domain, layout) : nobody;
-    }
+    auto note = [&](auto cell_of) {  // a loop for each kind of cells, so that none of them decides boid by boid
+        for (int i = begin; i < end; ++i) {
+            const vec x(P[i], P[i + S], P[i + 2 * S]);
+            const auto cell = cell_of(x);
+            const int place = $bucket_of(cell[0], cell[1], cell[2], layout);
+            bucket.data[i] = $finite(x) ? place : nobody;
+        }
+    };
+    if (domain.boundary == @PERIODIC@) note([&](vec x) { return $cell_around(x, domain); });
+    else if (domain.cells[0] > 0) note([&](vec x) { return $cell_within(x, domain, layout); });
+    else note([&](vec x) { return $cell_at(x, layout); });
 """
 
 
-@wp.func_native(snippet(MARK, layout_in, finite, bucket_in))
+@wp.func_native(snippet(MARK.replace("@PERIODIC@", str(PERIODIC)), layout_in, finite, bucket_of, cell_around, cell_within, cell_at))
 def mark_flock_range(begin: int, end: int, crowd: Crowd, position: wp.array2d[float], grid: Grid, bucket: wp.array[int]):
     """Note the buckets of a range of boids."""
     layout = layout_in(grid, crowd.count, crowd.domain[0])
@@ -98,16 +105,25 @@ ACCUMULATE = """
         COURSE[0][l] += u * h; COURSE[1][l] += v * h; COURSE[2][l] += w * h; \\
         COHERENT[l] += f; ALIGNED[l] += h; COUNT[l] += m; \\
         SAME[l] += m * (d2 == 0.0f ? 1.0f : 0.0f);
+    // Where every rule reaches as far as the eye, whoever is met counts for all three.
+    #define MEET_ALIKE \\
+        const float g = m * $crowding(d2, closest); \\
+        APART[0][l] -= a * g; APART[1][l] -= b * g; APART[2][l] -= c * g; \\
+        WAY[0][l] += a * m; WAY[1][l] += b * m; WAY[2][l] += c * m; \\
+        COURSE[0][l] += u * m; COURSE[1][l] += v * m; COURSE[2][l] += w * m; \\
+        COUNT[l] += m; SAME[l] += m * (d2 == 0.0f ? 1.0f : 0.0f);
     #define COURSES const float u = PU[j]; const float v = PV[j]; const float w = PW[j];
     #define NUMBER const int number = order[j];
     #define MEET_ALL(FOLD) EACH(FOLD, COURSES, MEET, )
+    #define MEET_ALL_ALIKE(FOLD) EACH(FOLD, COURSES, MEET_ALIKE, )
     #define MEET_NEAREST(FOLD) EACH(FOLD, COURSES NUMBER, m *= $counts(d2, number, D[l], N[l]); MEET, )
     // Few are nearer than the last of those found so far: all lanes are asked at once, and one by one where any says so.
     #define FIND(FOLD) EACH(FOLD, NUMBER, S2[l] = d2; M[l] = m * $counts(d2, number, D[l], N[l]) > 0.0f;, file(number);)
     #define SCAN(KIND) for (int part = 0; part < 18; ++part) { \\
         const auto ends = $run_in(theirs.grid, C[0], part / 2, length, part % 2, domain, layout); \\
         const int from = ends[0], to = ends[1]; \\
-        if (domain.boundary == @PERIODIC@) { \\
+        if (from >= to) continue; \\
+        if ($closes_upon(C[0], part / 2, length, domain)) { \\
             KIND(a = $folded(a, ex, rx); b = $folded(b, ey, ry); c = $folded(c, ez, rz);) \\
         } else { \\
             KIND() \\
@@ -167,6 +183,9 @@ ACCUMULATE = """
             LANES { KEYS[l][0] = 0; for (int p = 1; p <= kept; ++p) KEYS[l][p] = last_key; }
             SCAN(FIND)
             SCAN(MEET_NEAREST)
+        } else if (sr2 >= reach2 && cr2 >= reach2 && ar2 >= reach2) {
+            SCAN(MEET_ALL_ALIKE)
+            LANES COHERENT[l] = ALIGNED[l] = COUNT[l];
         } else {
             SCAN(MEET_ALL)
         }
@@ -197,9 +216,9 @@ ACCUMULATE = """
     }
 """
 FORMULAS = (attends, within_reach, crowding, view_limit, flock_force, folded, layout_in, cell_in, run_in, part_coincident, no_company)
-FORMULAS += (counts, everybody, first_alone)
-MACROS = ("LANES", "EACH", "MEET", "COURSES", "NUMBER", "MEET_ALL", "MEET_NEAREST", "FIND", "SCAN")
-ACCUMULATE = ACCUMULATE.replace("@FINE@", str(FINE)).replace("@SPAN@", str(LONGEST_SPAN)).replace("@PERIODIC@", str(PERIODIC))
+FORMULAS += (counts, everybody, first_alone, closes_upon)
+MACROS = ("LANES", "EACH", "MEET", "MEET_ALIKE", "COURSES", "NUMBER", "MEET_ALL", "MEET_ALL_ALIKE", "MEET_NEAREST", "FIND", "SCAN")
+ACCUMULATE = ACCUMULATE.replace("@FINE@", str(FINE)).replace("@SPAN@", str(LONGEST_SPAN))
 ACCUMULATE = ACCUMULATE.replace("@MOST@", str(MOST_NEAREST)).replace("\n    #define", "\n#define")
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.kernels.flocks import flock
 from tests.scene.samples import EVERYTHING, FOLDER
 from warpsim import SceneError, Simulation, launch
 from warpsim.changes import FixedField
@@ -148,6 +149,24 @@ def test_every_number_that_may_change_acts_like_a_scene_built_with_it():
     words = (".count", ".substeps", ".start.", ".points.")
     assert all(any(word in path for word in words) for path in fixed), fixed
     assert acted > 60 and "systems.birds.count" in fixed
+
+
+@pytest.mark.parametrize("boundary", ["contain", "periodic"])
+def test_walls_that_close_in_on_a_running_flock_find_it_within(boundary, tmp_path):
+    """Who looks for neighbors takes for granted that all are in the domain; native loops and plain kernels would differ if one were not."""
+    rng = np.random.default_rng(3)
+    x, v = rng.uniform(0, 9, (300, 3)), rng.normal(size=(300, 3))
+    scene, hashes = flock(tmp_path, x, v, domain={"min": [0, 0, 0], "max": [9, 9, 9], "boundary": boundary}, speed=[0.5, 2]), set()
+    for native in (True, False):
+        sim = Simulation(scene, device="cpu", threads=1, native=native)
+        sim.step_frame()
+        for axis, edge in enumerate((7.5, 8.0, 6.5)):
+            sim.change(f"systems.f.domain.max.{axis}", edge)
+        for _ in range(3):
+            sim.step_frame()
+        assert (sim.frame()["f"].position <= [7.5, 8.0, 6.5]).all()
+        hashes.add(sim.state_hash())
+    assert len(hashes) == 1
 
 
 def test_a_number_is_changed_and_set_back_without_a_trace():

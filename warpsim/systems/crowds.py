@@ -75,7 +75,19 @@ def domain_row(spec, reach: float) -> domain.Domain:
         cells = periodic_cells(size, reach, 1 << bits_for(spec.count))
         row.cells = wp.vec3i(*cells)
         row.per_meter = wp.vec3d(*(n / edge if edge > 0.0 else 0.0 for n, edge in zip(cells, size, strict=True)))
+    elif row.boundary == domain.CONTAIN and min(size) > 0.0:
+        corner, cells = walled_cells(row, reach)
+        if math.prod(cells) <= 1 << bits_for(spec.count):
+            row.corner, row.cells = wp.vec3d(*corner), wp.vec3i(*cells)
     return row
+
+
+def walled_cells(row: domain.Domain, reach: float) -> tuple[np.ndarray, list[int]]:
+    """Return the numbers of a box's first cells among those of the endless domain, and how many it has along each axis."""
+    edges = np.array([grid.FINE, 1.0, 1.0]) / (reach * grid.SLACK)
+    low, size = np.array(row.low, np.float32), np.array(row.size, np.float32)
+    corner = np.floor(low * edges)
+    return corner, [int(n) + 1 for n in np.floor((low + size) * edges) - corner]
 
 
 def periodic_cells(size, reach: float, most: int) -> tuple[int, int, int]:

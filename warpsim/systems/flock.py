@@ -133,8 +133,13 @@ class Flock(LastingSystem):
 
     def change(self, spec, scene: Scene, environment: Environment) -> None:
         """Take the numbers of another spec of the same structure, in place; the environment has changed already."""
+        moved = spec.domain != self.spec.domain
         self.take(spec, scene, environment, np.full(spec.count, spec.mass))
         self.crowd.change(spec, spec.perception.radius)
+        if moved:  # who looks for neighbors takes for granted that all are within
+            wp.launch(
+                flight.project_domain, self.population.capacity, [0, self.point_count, self.domain, self.particles], device=self.device
+            )
         if self._appearance is not None:
             specs = [(other, other.attends[self.name]) for other in scene.systems.values() if self.name in getattr(other, "attends", ())]
             self._appearance.change(spec, max(one.radius or other.perception.radius for other, one in specs))
