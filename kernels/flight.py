@@ -63,7 +63,7 @@ def emit_heading(words: wp.vec4ui, domain: Domain) -> wp.vec3:
     )
 
 
-@wp.kernel(enable_backward=False)
+@wp.kernel(enable_backward=False, module="warpsim.kernels.flight.start")
 def emit_flock(first: int, count: int, key: wp.vec2ui, speed: float, domain: wp.array[Domain], particles_out: Particles):
     """Put every boid somewhere in the domain, on an isotropic heading at a speed [m/s]."""
     i = first + wp.tid()

@@ -10,7 +10,6 @@ import re
 import shutil
 import sys
 import tempfile
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -120,29 +119,3 @@ def _is_json(path: Path) -> bool:
     except (OSError, ValueError):
         return False
     return True
-
-
-@contextmanager
-def announced_compiling(report: Report) -> Iterator[None]:
-    """Tell `report` when Warp begins to compile a kernel inside the block: seconds in which nothing else moves.
-
-    Warp says nothing beforehand, but it builds in a folder named after the process; the folder is looked for ten times a second.
-    """
-    done = threading.Event()
-    watcher = threading.Thread(target=_watch_for_builds, args=(report, done), name="warpsim-compiling", daemon=True)
-    watcher.start()
-    try:
-        yield
-    finally:
-        done.set()
-        watcher.join()
-
-
-def _watch_for_builds(report: Report, done: threading.Event) -> None:
-    while not done.wait(0.1):
-        config = sys.modules.get("warp.config")  # not imported here: the block may be what imports Warp
-        folder = getattr(config, "kernel_cache_dir", None)
-        with suppress(OSError):
-            if folder and any(f"_p{os.getpid()}_t" in entry.name for entry in os.scandir(folder)):
-                report("compiling kernels for this machine: some seconds, once; they are kept for the next run")
-                return

@@ -9,6 +9,7 @@ from itertools import chain
 
 import warp as wp
 
+from warpsim.compiling import load_modules
 from warpsim.cores import Crowding, available_cores
 from warpsim.crew import MOST_CORES, STANDS_ASIDE, calls, can_share, crew, replay, worth_keeping_lock
 from warpsim.kernels import crew as meeting
@@ -57,10 +58,9 @@ class FrameGraph:
         self._last = {1: UNKNOWN, self.core_count: UNKNOWN}  # s that the last frame on so many cores took
         self._barrier = wp.zeros(meeting.BARRIER, dtype=int, device="cpu")
         self._singles: dict[int, FrameGraph] = {}
-        for kernel in map(self._kernel, chain.from_iterable((stage, *stage.body) for stage in self.stages)):
-            if kernel is not None:
-                # Compiles what is not in the cache, which a CUDA capture could not; on the CPU every launch has blocks of one.
-                kernel.module.load(self.device, 1 if self.device.is_cpu else 256)
+        kernels = [*map(self._kernel, chain.from_iterable((stage, *stage.body) for stage in self.stages))]
+        kernels += [meeting.resolve_barrier] if self.core_count > 1 else []
+        load_modules(filter(None, kernels), self.device, available_cores())
         self._graphs = {cores: [self._capture(core, cores) for core in range(cores)] for cores in {1, self.core_count}}
         self._apart = self._places_apart()
 
@@ -93,7 +93,7 @@ class FrameGraph:
 
     def _kernel(self, stage: Stage) -> wp.Kernel | None:
         """Return what a stage launches here."""
-        return stage.loop if self.native and stage.loop is not None else stage.kernel
+        return stage.loop if self.native and stage.loop is not None and stage.count > 1 else stage.kernel
 
     def _launch(self, stage: Stage, core: int, core_count: int) -> None:
         """Launch one core's part of a stage."""

@@ -228,7 +228,8 @@ def ready_device(name: str, audience: Audience) -> str:
 
 def built(build: Callable[[], object], audience: Audience):
     """Return what `build` returns, with a word where kernels compile and a second try where the cache is damaged."""
-    from warpsim.kernel_cache import announced_compiling, rebuilding
+    from warpsim.compiling import announced_compiling
+    from warpsim.kernel_cache import rebuilding
 
     with announced_compiling(audience.note):
         return rebuilding(build, audience.note)
