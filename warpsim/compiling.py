@@ -29,12 +29,13 @@ def announced_compiling(report: Report) -> Iterator[None]:
         _listeners.remove(report)
 
 
-def load_modules(kernels: Iterable[wp.Kernel], device: wp.Device, core_count: int) -> None:
+def load_modules(kernels: Iterable[wp.Kernel], device: wp.Device | str, core_count: int) -> None:
     """Make the modules of kernels ready on a device; those that no cache holds are compiled first, by so many cores.
 
     Raises what Warp raises where a module cannot be compiled or read, and KeyboardInterrupt at once: what is being compiled then goes
     into the cache all the same.
     """
+    device = wp.get_device(device)
     block_dim = 1 if device.is_cpu else 256  # threads of a block, as launches ask for it
     modules = list(dict.fromkeys(kernel.module for kernel in kernels))
     absent = [module for module in modules if not (module.execs or is_cached(module, block_dim))]

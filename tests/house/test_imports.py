@@ -39,7 +39,7 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "environment": "kernels scene grids images launch colliders directions signals",
     "integrators": "kernels environment",
     "systems": "kernels scene launch population environment integrators signals directions frame memory meshes networks muscles "
-    "stability weaves coloring flocks budget",
+    "stability weaves coloring flocks budget compiling",
     "frame": "",
     "memory": "stability scene grids",
     "changes": "scene",

@@ -6,10 +6,11 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import warp as wp
 
+from warpsim.compiling import load_modules
 from warpsim.environment import Environment
 from warpsim.flocks import starting_state
 from warpsim.kernels import flight, flight_loops, flock
-from warpsim.launch import Stage
+from warpsim.launch import Stage, available_cores
 from warpsim.population import Field
 from warpsim.scene import Scene
 from warpsim.systems.census import Census
@@ -39,6 +40,7 @@ class Flock(LastingSystem):
         self.domain = self.crowd.domain
         if spec.start.file is None:
             inputs = (spec.count, self._key, spec.starting_speed, self.domain, self.particles)
+            load_modules([flight.emit_flock], self.device, available_cores())
             wp.launch(flight.emit_flock, self.population.capacity, [0, *inputs], device=self.device)
         self._limits = wp.array([limit_row(spec, self.pace.dt)], dtype=flight.Limits, device=self.device)
         self._vicsek = wp.array([self._vicsek_row(spec)] if spec.vicsek else [], dtype=flight.Vicsek, device=self.device)
