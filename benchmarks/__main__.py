@@ -1,162 +1,149 @@
-"""python -m benchmarks: medians, spreads and ratios of the cases, each way of running in turn."""
+"""python -m benchmarks: what warpsim costs beside its peers, in turns, held against what is to reach; docs/performance.md is made of it."""
 
 import argparse
-import platform
+import importlib.util
+import re
 import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
-import warp as wp
 from rich.console import Console
 
-import warpsim
-from benchmarks.cases import Case, million
-from benchmarks.cloth import measure_cloth
-from benchmarks.contest import Contest, Effort
-from benchmarks.flocks import measure_flocks
-from benchmarks.measure import Timing, Way, moves_per_frame, stage_shares, take_turns
-from benchmarks.neighbors import measure_neighbors
-from benchmarks.report import Report
-from benchmarks.startup import measure_startup
+from benchmarks.contest import Contest, Effort, Row
+from benchmarks.machine import machine_facts
+from benchmarks.picture import draw_scaling
+from benchmarks.report import Report, read_rows
+from benchmarks.table import markdown, print_table
 from warpsim import SceneError, load_scene
 from warpsim.kernel_cache import prepare_kernel_cache
-from warpsim.launch import available_cores
 
-MODULES = ("benchmarks.cases",)  # whose `rows(quick)` are the table
-CASES = ("startup", "million", "neighbors", "flocks", "cloth")
-
-
-def all_rows(quick: bool) -> dict[str, Contest]:
-    """Return the rows of the table by name."""
-    return {row.name: row for module in MODULES for row in import_module(module).rows(quick)}
+MODULES = ("flocks", "cloth", "cases", "bandwidth", "scaling", "gpu", "startup")  # whose `rows(quick)` are the table, in its order
+BEGIN, END = "<!-- measured: begin, made by python -m benchmarks --page -->", "<!-- measured: end -->"
+QUICK = Effort(seconds=0.2, most_rounds=3, least_rounds=3, quick=True)
 
 
-def processor() -> str:
-    """Name of this machine's processor, as well as the system tells it."""
-    names = Path("/proc/cpuinfo")
-    lines = names.read_text().splitlines() if names.exists() else []
-    return next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.processor() or platform.machine())
+@dataclass(frozen=True)
+class Old:
+    """A case that is not a contest yet."""
+
+    name: str
+    run: Callable[[Report, bool], None]
+    work: str = "see docs/performance.md"
+
+    def measure(self, report: Report, effort: Effort) -> None:
+        """Run it."""
+        self.run(report, effort.quick)
 
 
-def ways(device: str) -> list[Way]:
-    """One core, all cores, and the plain kernels on both; a GPU has one way."""
-    if device != "cpu":
-        return [Way("gpu", 1)]
-    cores = available_cores()
-    found = [Way("native, 1 thread", 1), Way("plain, 1 thread", 1, native=False)]
-    if cores > 1:
-        found[1:1] = [Way(f"native, {cores} threads", cores)]
-        found += [Way(f"plain, {cores} threads", cores, native=False)]
+def old_cases() -> list[Old]:
+    """Cases that are not contests yet."""
+    neighbors, flocks, cloth = (import_module(f"benchmarks.{name}") for name in ("neighbors", "flocks", "cloth"))
+    found = [Old("neighbors", lambda report, quick: neighbors.measure_neighbors(5_000 if quick else 100_000, report, 5))]
+    if not hasattr(flocks, "rows"):
+        found.append(Old("flocks", lambda report, quick: flocks.measure_flocks((2_000,) if quick else (100_000, 1_000_000), report, 7)))
+    if not hasattr(cloth, "rows"):
+        found.append(Old("cloth", lambda report, quick: [cloth.measure_cloth(n, report, 7) for n in ((16,) if quick else (128, 256))]))
     return found
 
 
-def measure_ways(case: Case, report: Report, device: str, rounds: int) -> None:
-    """Every way in turn: ns per particle and substep, equal hashes, ratios, stages."""
-    runs = {way: way.build(case.scene, device) for way in ways(device)}
-    for run in runs.values():
-        run.run(seconds=case.warmup_frames / case.scene.time.fps)
-    times = take_turns(runs, rounds, lambda: wp.synchronize_device(device))
-    farthest = max(run.index for run in runs.values())
-    for run in runs.values():
-        run.seek(farthest)  # some have taken turns again
-    hashes = {way: run.state_hash() for way, run in runs.items()}
-    lines = []
-    for way, timing in times.items():
-        live = sum(system["live"] for system in runs[way].statistics().values())
-        seconds, cores = timing.seconds, timing.cores.median
-        nanoseconds = 1e9 * seconds.median / moves_per_frame(runs[way])
-        cells = [
-            way.label,
-            f"{1e3 * seconds.median:.2f}",
-            f"{seconds.spread:.0%}",
-            f"{nanoseconds:.2f}",
-            f"{cores:.2f}",
-            f"{live:,}",
-            hashes[way],
-        ]
-        row = {"way": way.label, "seconds": seconds.median, "spread": seconds.spread, "ns": nanoseconds, "cores": cores, "live": live}
-        lines.append((cells, {**row, "hash": hashes[way]}))
-    header = ["", "ms/frame", "spread", "ns/particle/substep", "cores got", "live", "state hash"]
-    report.figures(case.name, case.what, header, lines)
-    if len(set(hashes.values())) > 1:
-        sys.exit("the ways do not agree: their state hashes differ")
-    tell_ratios(case.name, report, times)
-    for way, run in runs.items():
-        shares = stage_shares(run, max(5, rounds // 3))
-        text = ", ".join(f"{stage} {share:.1%}" for stage, share in shares.items())
-        report.fact(case.name, f"stages, {way.label}", text, shares=shares)
-    report.console.print()
+def all_rows(quick: bool) -> dict[str, Row]:
+    """Return the rows of the table by name."""
+    modules = [import_module(f"benchmarks.{module}") for module in MODULES]
+    found = [row for module in modules if hasattr(module, "rows") for row in module.rows(quick)]
+    return {row.name: row for row in [*found, *old_cases()]}
 
 
-def tell_ratios(name: str, report: Report, times: dict[Way, Timing]) -> None:
-    """Plain over native for each number of threads, and one thread over all of them."""
-    starved = any(timing.starved(way.threads) for way, timing in times.items() if way.native)
-    natives = [way for way in times if way.native]
-    for way in natives:
-        for plain in times:
-            if not plain.native and plain.threads == way.threads:
-                ratio = times[plain].seconds.over(times[way].seconds)
-                report.ratio(name, f"{plain.label} / {way.label}", ratio, bar=10.0, starved=starved and way.threads > 1)
-    if len(natives) > 1:
-        ratio = times[natives[0]].seconds.over(times[natives[1]].seconds)
-        report.ratio(name, f"{natives[0].label} / {natives[1].label}", ratio, bar=1.5, starved=starved)
-
-
-def measure_own(name: str, report: Report, device: str, rounds: int) -> None:
-    """A scene by name or file, after its first second. Stops with the words for a scene that has mistakes."""
+def own_scene(name: str) -> Contest:
+    """Return a contest of a scene by name or file. Stops with the words for one that has mistakes."""
     try:
         scene = load_scene(name)
     except SceneError as error:
         sys.exit(str(error))
-    measure_ways(Case(scene.name, scene.description or scene.name, scene, round(scene.time.fps)), report, device, rounds)
+    return Contest(scene.name, scene.description or scene.name, scene, warmup=round(scene.time.fps), plain=0.0)
 
 
-def measure_cases(wanted: set[str], options: argparse.Namespace, report: Report) -> None:
-    """Run the cases that were asked for."""
-    count, rounds = (20_000, 5) if options.quick else (options.count, options.rounds)
-    on_cpu = options.device == "cpu"  # where the peers are
-    for name, row in all_rows(options.quick).items():
-        if name in wanted:
-            report.begin(name, row.work)
-            row.measure(report, Effort(1.0, 5, 3, quick=True) if options.quick else Effort(most_rounds=options.rounds))
-    if "startup" in wanted:
-        measure_startup(report, max(2, rounds // 3))
-    if "million" in wanted:
-        measure_ways(million(count), report, options.device, rounds)
-    if "neighbors" in wanted and on_cpu:
-        for size in (5_000,) if options.quick else (20_000, 100_000, count):
-            measure_neighbors(size, report, max(5, rounds // 3))  # the peers take seconds
-    if "flocks" in wanted and on_cpu:
-        measure_flocks((2_000,) if options.quick else (10_000, 100_000, count), report, max(5, rounds // 3))
-    if "cloth" in wanted and on_cpu:
-        for size in (16,) if options.quick else (32, 64, 128, 256):
-            measure_cloth(size, report, rounds)
+def parsed() -> argparse.Namespace:
+    """Return what was asked for."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="small counts and few rounds: shows that every row runs, not how fast")
+    parser.add_argument("--only", action="append", metavar="ROW", help="this row alone, or those whose names begin so; again for more")
+    parser.add_argument("--list", action="store_true", help="name the rows")
+    parser.add_argument("--scene", help="a scene alone, by name or file: one core, all, and the plain kernels")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="keep every figure as a JSON line")
+    parser.add_argument("--rounds", type=int, default=30, help="turns of each way at most (default: 30)")
+    parser.add_argument("--seconds", type=float, default=15.0, help="for the turns of a row (default: 15)")
+    parser.add_argument(
+        "--page", type=Path, nargs="+", metavar="FILE", help="measure nothing: make the tables of docs/performance.md from such files"
+    )
+    parser.add_argument("--into", type=Path, metavar="PAGE", help="with --page: put them between the page's markers; default: print them")
+    return parser.parse_args()
+
+
+def wanted(options: argparse.Namespace) -> list[Row]:
+    """Return the rows that were asked for, in the table's order. Stops with words where there is none of a name."""
+    if options.scene:
+        return [own_scene(options.scene)]
+    known = all_rows(options.quick)
+    for name in options.only or ():
+        if not any(known_name.startswith(name) for known_name in known):
+            sys.exit(f"there is no row {name}; there are {', '.join(known)}")
+    return [row for name, row in known.items() if not options.only or any(name.startswith(start) for start in options.only)]
+
+
+def measure(options: argparse.Namespace, console: Console) -> list[dict]:
+    """Run the rows that were asked for; return what they say."""
+    prepare_kernel_cache(print)
+    if options.json:
+        options.json.unlink(missing_ok=True)
+    report = Report(console, options.json)
+    report.machine(machine_facts(" ".join(["python -m benchmarks", *sys.argv[1:]])))
+    effort = QUICK if options.quick else Effort(options.seconds, options.rounds)
+    for row in wanted(options):
+        began = time.perf_counter()
+        report.begin(row.name, row.work)
+        row.measure(report, effort)
+        report.note(row.name, f"this row took {time.perf_counter() - began:.0f} s", took=time.perf_counter() - began)
+    return report.rows
+
+
+def put_between(page: Path, text: str) -> None:
+    """Put text between the markers of a page. Stops with words where it has none."""
+    old = page.read_text(encoding="utf-8")
+    new, count = re.subn(
+        f"({re.escape(BEGIN)}).*?({re.escape(END)})", lambda found: f"{found[1]}\n\n{text}\n{found[2]}", old, flags=re.DOTALL
+    )
+    if count != 1:
+        sys.exit(f"{page} has no place for the tables: it needs the lines {BEGIN} and {END}")
+    page.write_text(new, encoding="utf-8")
+
+
+def make_page(files: list[Path], page: Path | None) -> None:
+    """Print the tables, or put them and the picture into a page."""
+    rows = read_rows(files)
+    if page is None:
+        print(markdown(rows))
+        return
+    picture = page.parent / "images" / "scaling.png"
+    picture.parent.mkdir(exist_ok=True)
+    put_between(page, markdown(rows, "images/scaling.png" if draw_scaling(rows, picture) else None))
 
 
 def main() -> None:
-    """Run the cases that were asked for, or a scene."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="small counts and few rounds: shows that it works, not how fast")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as a JSON line")
-    parser.add_argument("--only", choices=(*CASES, *all_rows(True)), help="one case alone")
-    parser.add_argument("--scene", help="a scene alone, by name or file: all ways of running it")
-    parser.add_argument("--count", type=int, default=1_000_000, help="particles of the main case")
-    parser.add_argument("--rounds", type=int, default=30, help="turns of each way")
-    parser.add_argument("--device", default="cpu", help="cpu or cuda:N")
-    options = parser.parse_args()
-    prepare_kernel_cache(print)
-    report = Report(Console(width=None if sys.stdout.isatty() else 140))
-    machine = {"processor": processor(), "cores": available_cores(), "device": options.device}
-    machine |= {"python": platform.python_version(), "warp": wp.config.version, "warpsim": warpsim.__version__}
-    report.fact("machine", "machine", ", ".join(f"{key}: {value}" for key, value in machine.items()), **machine)
-    report.console.print()
-    if options.scene:
-        measure_own(options.scene, report, options.device, 5 if options.quick else options.rounds)
+    """Measure, or make a page of what was measured."""
+    options, console = parsed(), Console(width=None if sys.stdout.isatty() else 180)
+    if options.page:
+        make_page(options.page, options.into)
+    elif options.list:
+        for name, row in all_rows(options.quick).items():
+            print(f"{name:20} {row.work}")
     else:
-        measure_cases({options.only} if options.only else {*CASES, *all_rows(True)}, options, report)
-    report.table()
-    if options.json:
-        report.write(options.json)
+        rows = measure(options, console)
+        print_table(rows, console)
+        if options.json and importlib.util.find_spec("matplotlib") and draw_scaling(rows, options.json.with_suffix(".png")):
+            console.print(f"how the cost grows: {options.json.with_suffix('.png')}")
 
 
 if __name__ == "__main__":

@@ -59,6 +59,21 @@ def million(count: int) -> Case:
     return Case("million", what, Scene.model_validate(scene), warmup_frames=int(2 * LIFETIME_FRAMES))
 
 
+def drift(count: int, substeps: int = 4) -> Scene:
+    """Particles of which none is born or dies: what is read and written is their state, once a frame."""
+    vortex = {"type": "vortex", "center": [0, 0, 0], "axis": [0, 1, 0], "circulation": 1.0, "core": {"model": "lamb_oseen", "radius": 0.3}}
+    emitter = {"shape": {"type": "box", "size": [2, 2, 2]}, "burst": {"count": count}, "lifetime": 1e6}
+    system = {"type": "particles", "capacity": count, "coupling": {"alpha": 2.0e-3}, "emitters": [emitter]}
+    scene = {
+        "name": "drift",
+        "time": {"fps": 60, "substeps": substeps},
+        "gravity": [0, -9.81, 0],
+        "flow": [vortex],
+        "systems": {"dust": system},
+    }
+    return Scene.model_validate(scene)
+
+
 def sparks(count: int) -> Case:
     """A small scene: what a user waits for is overhead, not arithmetic."""
     lifetime = 2.0

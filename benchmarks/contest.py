@@ -1,6 +1,7 @@
 """A contest: one scene, run by warpsim on one core and on all, by its plain kernels, and by peers that do the same, in turns.
 
-What a module of this folder adds to the table is a list of these, from its function `rows(quick)`.
+What a module of this folder adds to the table is a list of rows, from its function `rows(quick)`: contests, or anything with `name`, `work`
+and `measure(report, effort)`.
 """
 
 import importlib.util
@@ -8,8 +9,9 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from statistics import median
+from typing import Protocol
 
-from benchmarks.measure import MOST_TRIES, Sample, Stepped, Timing, Way, take_turns
+from benchmarks.measure import Sample, Stepped, Timing, Way, take_turns
 from benchmarks.report import Report
 from warpsim import Scene, Simulation
 from warpsim.frame import Frame
@@ -21,15 +23,30 @@ MOST_FRAMES = 200  # in a turn
 
 @dataclass(frozen=True)
 class Effort:
-    """How long a contest may take: as many rounds as fit, but some at least."""
+    """How long a row may take: as many rounds as fit, but some at least. quick: small sizes, which show that it runs, not how fast."""
 
-    seconds: float = 20.0
+    seconds: float = 15.0
     most_rounds: int = 30
     least_rounds: int = 7
     quick: bool = False
 
+    @property
+    def patience(self) -> float:
+        """How long disturbed turns are taken again [s]."""
+        return 0.0 if self.quick else self.seconds
+
     def rounds(self, seconds_per_round: float) -> int:
+        """Return how many rounds there is time for."""
         return max(self.least_rounds, min(self.most_rounds, int(self.seconds / max(seconds_per_round, 1e-9))))
+
+
+class Row(Protocol):
+    """A line of the table, or some that are measured together."""
+
+    name: str
+    work: str
+
+    def measure(self, report: Report, effort: Effort) -> None: ...
 
 
 @dataclass(frozen=True)
@@ -62,14 +79,15 @@ class Claim:
 class Contest:
     """What is run, by whom, what is compared, and what is to reach; a None is not asked for. See `measure` for the order of things.
 
-    items: what the time of a frame is divided by. compare: (our frame, a peer) -> how far apart they are, at most `most`, because of `why`.
-    plain: how many times as long the plain kernels take on all cores. cores: one core over all. steps_per_second, times_real: of all cores.
+    items: what the time of a frame is divided by, default the live particles. compare: (our frame, a peer) -> how far apart they are, at
+    most `most`, because of `why`. plain: how many times as long the plain kernels take on all cores (0: told, nothing to reach). cores: one
+    core over all. steps_per_second, times_real: on all cores.
     """
 
     name: str
     work: str
     scene: Scene
-    items: int
+    items: int | None = None
     item: str = "particle"
     warmup: int = 2
     compared: int = 5
@@ -89,12 +107,14 @@ class Contest:
         """Warm up, let the peers begin where we are, compare, take turns, and tell."""
         bout = Bout(self, report)
         bout.step(self.compared)
-        if bout.agrees():
-            bout.take_turns(effort)
-            bout.tell_times()
-            bout.tell_claims()
-            if self.phases:
-                bout.tell_phases(3 if effort.quick else 7)
+        if not bout.agrees():
+            report.unmeasured(self.name, "every time", None, "states differ")
+            return
+        bout.take_turns(effort)
+        bout.tell_times()
+        bout.tell_claims()
+        if self.phases:
+            bout.tell_phases(3 if effort.quick else 7)
 
 
 def own_ways() -> list[Way]:
@@ -109,30 +129,40 @@ class Bout:
 
     contest: Contest
     report: Report
-    runs: dict[Way, Stepped] = field(init=False)
-    times: dict[Way, Timing] = field(init=False)
+    ours: dict[Way, Simulation] = field(init=False)
+    peers: dict[Way, Stepped] = field(init=False)
     titles: dict[str, list[Way]] = field(init=False)  # of the peers that take part, by label
+    times: dict[Way, Timing] = field(init=False)
 
     def __post_init__(self):
         contest = self.contest
-        self.ours = {way: way.build(contest.scene, "cpu") for way in own_ways()}
-        self.alone, self.most = list(self.ours)[0], list(self.ours)[-1]
+        ways = own_ways()
+        self.alone, self.most = ways[0], ways[-1]
         if contest.plain is not None:
-            self.ours |= {
-                way: way.build(contest.scene, "cpu") for way in [Way(f"plain kernels, {self.most.threads} cores", self.most.threads, False)]
-            }
+            ways.append(Way(f"plain kernels, {self.most.threads} core{'s' * (self.most.threads > 1)}", self.most.threads, native=False))
+        self.ours = {way: way.build(contest.scene, "cpu") for way in ways}
         for run in self.ours.values():
             for _ in range(contest.warmup):
                 run.step_frame()
         self.peers, self.titles = {}, {}
         for entrant in contest.entrants:
             if not entrant.installed:
-                self.report.missing(contest.name, entrant.label, entrant.needs)
+                self.report.missing(contest.name, entrant.title, entrant.needs)
                 continue
             way = Way(entrant.title, entrant.threads, native=False)
             self.peers[way] = entrant.make(self.ours[self.alone])
             self.titles.setdefault(entrant.label, []).append(way)
-        self.runs = self.ours | self.peers
+
+    @property
+    def runs(self) -> dict[Way, Stepped]:
+        """All who take part."""
+        return self.ours | self.peers
+
+    @property
+    def items(self) -> int:
+        """What the time of a frame is divided by."""
+        systems = self.ours[self.alone].systems.values()
+        return self.contest.items or max(1, sum(system.population.counter("live") for system in systems))
 
     def step(self, frames: int) -> None:
         """Advance all alike."""
@@ -145,17 +175,17 @@ class Bout:
         contest, frame = self.contest, self.ours[self.alone].frame()
         hashes = {way.label: run.state_hash() for way, run in self.ours.items()}
         apart = {way.label: contest.compare(frame, peer) for way, peer in self.peers.items()} if contest.compare else {}
-        self.report.states(contest.name, hashes, apart, contest.most, contest.unit, contest.why)
+        self.report.states(contest.name, self.ours[self.alone].index, hashes, apart, contest.most, contest.unit, contest.why)
         return len(set(hashes.values())) == 1 and all(distance <= contest.most for distance in apart.values())
 
     def take_turns(self, effort: Effort) -> None:
         """Take one round to see how long it takes, then as many as there is time for."""
-        first = take_turns(self.runs, 1, lambda: None, tries=1)
+        first = take_turns(self.runs, 1, lambda: None, patience=0.0)
         fastest = min(timing.seconds.median for timing in first.values())
-        frames = max(1, min(MOST_FRAMES, math.ceil(TURN / fastest)))
+        frames = 2 if effort.quick else max(1, min(MOST_FRAMES, math.ceil(TURN / fastest)))
         lead = 1 if frames > 1 else 0
         together = sum(timing.seconds.median for timing in first.values()) * (frames + lead)
-        self.times = take_turns(self.runs, effort.rounds(together), lambda: None, frames, lead, 1 if effort.quick else MOST_TRIES)
+        self.times = take_turns(self.runs, effort.rounds(together), lambda: None, frames, lead, effort.patience)
         farthest = max(run.index for run in self.ours.values())
         for run in self.ours.values():
             run.seek(farthest)  # some have taken turns again
@@ -163,42 +193,48 @@ class Bout:
 
     def tell_times(self) -> None:
         """Tell what a frame and an item cost in each way."""
-        contest = self.contest
         for way, timing in self.times.items():
-            ours = way in self.ours and way.native
-            self.report.time(contest.name, way, timing, contest.items, contest.item, ours)
+            role = "peer" if way in self.peers else "plain" if not way.native else "one" if way == self.alone else "all"
+            self.report.time(self.contest.name, way, timing, self.items, self.contest.item, role)
 
     def tell_claims(self) -> None:
         """Hold what was measured against what is to reach."""
-        contest, name = self.contest, self.contest.name
-        mine = self.times[self.most]
+        contest, mine = self.contest, self.times[self.most]
         for claim in contest.claims:
-            ways = [max(self.titles[label], key=lambda way: way.threads) for label in claim.labels if label in self.titles]
-            if not ways:
-                self.report.unmeasured(name, " or ".join(claim.labels), claim.reach, "none of them is installed")
-                continue
-            way = min(ways, key=lambda way: self.times[way].seconds.median)
-            self._tell_ratio(way, self.most, claim.reach)
-        for way in self.peers:  # core for core
-            if way.threads == 1 and self.most.threads > 1:
-                self._tell_ratio(way, self.alone, None)
+            self._tell_peers(claim)
         for way in self.ours:
             if not way.native:
                 self._tell_ratio(way, self.most, contest.plain or None)
         shared = sum(system.load for system in self.ours[self.most].systems.values()) >= PARALLEL_FROM
-        if contest.cores is not None and self.most is not self.alone and shared:
+        if contest.cores is not None and self.most != self.alone and shared:
             self._tell_ratio(self.alone, self.most, contest.cores)
         if contest.steps_per_second is not None:
             rate = Sample([1.0 / value for value in mine.seconds.values])
-            self.report.claim(name, f"steps/s, {self.most.label}", rate, contest.steps_per_second, mine.disturbed)
+            self.report.claim(contest.name, "steps/s", rate, contest.steps_per_second, mine.disturbed)
         if contest.times_real is not None:
             real = Sample([1.0 / (contest.scene.time.fps * value) for value in mine.seconds.values])
-            self.report.claim(name, f"times real time, {self.most.label}", real, contest.times_real, mine.disturbed)
+            self.report.claim(contest.name, "times real time", real, contest.times_real, mine.disturbed)
+
+    def _tell_peers(self, claim: Claim) -> None:
+        """Tell how much longer each peer takes than we do on all cores, the fastest first, and core for core."""
+        ways = [max(self.titles[label], key=lambda way: way.threads) for label in claim.labels if label in self.titles]
+        if not ways:
+            needs = sorted({entrant.needs for entrant in self.contest.entrants if entrant.label in claim.labels and entrant.needs})
+            reason = f"not installed: {', '.join(needs)}" if needs else "there is none"
+            self.report.unmeasured(self.contest.name, " or ".join(claim.labels), claim.reach, reason)
+            return
+        ways.sort(key=lambda way: self.times[way].seconds.median)
+        for place, way in enumerate(ways):
+            self._tell_ratio(way, self.most, claim.reach if place == 0 else None)
+        for label in claim.labels:
+            for way in self.titles.get(label, []):
+                if way.threads == 1 and self.most != self.alone:
+                    self._tell_ratio(way, self.alone, None)
 
     def _tell_ratio(self, slow: Way, fast: Way, reach: float | None) -> None:
         slower, faster = self.times[slow], self.times[fast]
         ratio = slower.seconds.over(faster.seconds)
-        self.report.claim(self.contest.name, f"{slow.label} / {fast.label}", ratio, reach, slower.disturbed or faster.disturbed)
+        self.report.times_as_long(self.contest.name, slow, fast, ratio, reach, slower.disturbed or faster.disturbed)
 
     def tell_phases(self, frames: int) -> None:
         """Tell how long each stage of a frame takes on one core, run one by one."""

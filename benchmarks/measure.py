@@ -12,7 +12,7 @@ from warpsim import Scene, Simulation
 
 MOST_SPREAD = 0.20  # interquartile range over median; what scatters more is not called a result
 MOST_WAITED = 0.10  # of a turn, by a thread that could have run; with more, other work on the machine was measured too
-MOST_TRIES = 20  # at a turn with more
+PATIENCE = 10.0  # s that turns with more are taken again, all of a measurement together
 
 
 class Stepped(Protocol):
@@ -93,19 +93,28 @@ def time_waited() -> float:
     return 1e-9 * waited
 
 
-def take_turns(runs: dict, rounds: int, wait: Callable[[], None], frames: int = 1, lead: int = 0, tries: int = MOST_TRIES) -> dict:
+def other_work(own: float) -> float:
+    """Return how much processor time the machine has spent so far on anything but `own` seconds of it [s]; 0 where it does not tell."""
+    ticks = Path("/proc/stat")
+    if not ticks.exists():
+        return 0.0
+    user, nice, system, _, _, interrupts, soft, stolen, *_ = map(int, ticks.read_text().split("\n", 1)[0].split()[1:])
+    return (user + nice + system + interrupts + soft + stolen) / os.sysconf("SC_CLK_TCK") - own
+
+
+def take_turns(runs: dict, rounds: int, wait: Callable[[], None], frames: int = 1, lead: int = 0, patience: float = PATIENCE) -> dict:
     """Time every run, one after the other in each round, in the opposite order every other round; `wait` waits for the device.
 
-    Each turn begins with `lead` frames that are not timed. A turn in which other programs took the cores is taken again, `tries` times in
-    all: on a machine that others use, too, that is a turn between theirs. Returns a Timing for each key of `runs`.
+    Each turn begins with `lead` frames that are not timed. A turn in which other programs took the cores is taken again, as long as
+    the `patience` [s] lasts: on a machine that others use, too, that is a turn between theirs. Returns a Timing for each key of `runs`.
     """
     turns: dict = {way: [] for way in runs}
     for turn in range(rounds):
         for way in list(runs)[:: -1 if turn % 2 else 1]:
-            for _ in range(tries):
+            taken = take_turn(runs[way], wait, frames, lead)
+            while taken[2] > MOST_WAITED and patience > 0.0:
+                patience -= taken[0] * (frames + lead)
                 taken = take_turn(runs[way], wait, frames, lead)
-                if taken[2] <= MOST_WAITED:
-                    break
             turns[way].append(taken)
     return {way: Timing(*(Sample(list(column)) for column in zip(*taken, strict=True))) for way, taken in turns.items()}
 

@@ -1,85 +1,107 @@
-"""What the measurements say: lines for people as they come in, one table of all claims at the end, JSON lines for programs."""
+"""What the measurements say: lines for people as they come in, and one JSON object for each."""
 
 import json
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 
 from rich.console import Console
-from rich.table import Table
+from rich.markup import escape
 
-from benchmarks.measure import MOST_SPREAD, Sample, Timing, Way
+from benchmarks.measure import MOST_SPREAD, Sample, Timing, Way, machine_load
 
-REACHED, MISSED, NO_RESULT = "reached", "missed", "no result"
+REACHED, MISSED, NO_RESULT, NOT_MEASURED = "reached", "missed", "no result", "not measured"
 
 
 def number(value: float) -> str:
     """Return three figures of a number, as people write it."""
-    return f"{value:.3g}" if abs(value) < 1000 else f"{value:,.0f}"
+    return f"{value:.3g}" if 1e-3 <= abs(value) < 1000 or value == 0 else f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.1e}"
+
+
+def verdict_of(sample: Sample, reach: float | None, below: bool, disturbed: bool, name: str) -> tuple[str, str]:
+    """Return reached, missed, no result or nothing, and why or how to get one."""
+    if disturbed:
+        return NO_RESULT, f"other programs took the cores; --only {name} when they rest"
+    if not sample.settled:
+        return NO_RESULT, f"spread {sample.spread:.0%} > {MOST_SPREAD:.0%}; --only {name} when nothing else runs"
+    if reach is None:
+        return "", ""
+    return (REACHED if (sample.median <= reach if below else sample.median >= reach) else MISSED), ""
 
 
 @dataclass
 class Report:
-    """Rows as they come in; every row is one JSON object."""
+    """Rows as they come in, each one JSON object. `path`: the file they are added to at once, so that a broken run leaves what it has."""
 
     console: Console
+    path: Path | None = None
     rows: list[dict] = field(default_factory=list)
 
+    def machine(self, facts: dict) -> None:
+        """Head the run."""
+        self._keep("", "machine", ", ".join(f"{key}: {value}" for key, value in facts.items()), **facts)
+
     def begin(self, name: str, work: str) -> None:
-        """Head a contest."""
-        self._keep(name, "work", f"[bold]{name}[/bold]: {work}", work=work)
+        """Head a row."""
+        now = f"{datetime.now(UTC):%Y-%m-%d %H:%M}"
+        self._keep(name, "work", f"\n[bold]{escape(name)}[/bold]: {escape(work)}", work=work, date=now, load=machine_load())
 
     def missing(self, name: str, peer: str, package: str) -> None:
         """Tell of a peer that is not there."""
-        self._keep(name, "missing", f"  {peer}: not installed (pip install {package}, or the extra bench)", peer=peer, package=package)
+        self._keep(name, "missing", f"  {peer}: not installed; pip install warpsim\\[bench] brings {package}", peer=peer, package=package)
 
-    def states(self, name: str, hashes: dict[str, str], apart: dict[str, float], most: float, unit: str, why: str) -> None:
+    def states(self, name: str, frame: int, hashes: dict[str, str], apart: dict[str, float], most: float, unit: str, why: str) -> None:
         """Tell of the states in which the turns begin."""
         equal = len(set(hashes.values())) == 1
-        text = f"  state hashes {'equal' if equal else 'DIFFER'}: {', '.join(hashes)}"
+        text = f"  state hashes in frame {frame} {'equal' if equal else 'DIFFER'}: {', '.join(hashes)}"
         for label, distance in apart.items():
             text += f"\n  {label}: {distance:.1e} {unit} from ours, at most {most:.1e} ({why})"
             text += "" if distance <= most else "; STATES DIFFER, not timed"
-        self._keep(name, "states", text, equal=equal, hashes=hashes, apart=apart, most=most, unit=unit, why=why)
+        row = {"frame": frame, "equal": equal, "hashes": hashes, "apart": apart, "most": most, "unit": unit, "why": why}
+        self._keep(name, "states", text, **row)
 
     def end_states(self, name: str, hashes: dict[str, str], frame: int) -> None:
-        """Tell of the state in which the turns end."""
+        """Tell of the states in which the turns end."""
         equal = len(set(hashes.values())) == 1
-        self._keep(
-            name,
-            "end",
-            f"  state hashes {'equal' if equal else 'DIFFER'} after frame {frame}, too",
-            equal=equal,
-            hash=sorted(set(hashes.values())),
-        )
+        self._keep(name, "end", f"  … and in frame {frame} {'equal' if equal else 'DIFFERENT'}", frame=frame, equal=equal, hashes=hashes)
 
-    def time(self, name: str, way: Way, timing: Timing, items: int, item: str, ours: bool) -> None:
-        """Tell what a frame costs in one way."""
+    def time(self, name: str, way: Way, timing: Timing, items: int, item: str, role: str) -> None:
+        """Tell what a frame costs in one way. role: one (core), all (cores), plain, peer."""
         seconds, each = timing.seconds, 1e9 * timing.seconds.median / items
-        row = {"way": way.label, "threads": way.threads, "ours": ours, "seconds": seconds.median, "quartiles": seconds.quartiles}
+        row = {"way": way.label, "threads": way.threads, "role": role, "seconds": seconds.median, "quartiles": seconds.quartiles}
         row |= {"spread": seconds.spread, "cores": timing.cores.median, "waited": timing.waited.median, "rounds": len(seconds.values)}
         text = f"  {way.label}: {number(1e3 * seconds.median)} ms, spread {seconds.spread:.0%}, {number(each)} ns a {item}"
         text += f", {timing.cores.median:.2f} cores, waited {timing.waited.median:.0%}"
         self._keep(name, "time", text, **row, items=items, item=item)
 
-    def claim(self, name: str, label: str, sample: Sample, reach: float | None, disturbed: bool = False, most: bool = False) -> None:
-        """Hold a measured number against what is to reach; `most`: it is to stay below. What scatters is not called a result."""
-        value, (low, high) = sample.median, sample.quartiles
-        if disturbed:
-            verdict = f"{NO_RESULT}: other programs took the cores; run `--only {name}` when they rest"
-        elif not sample.settled:
-            verdict = f"{NO_RESULT}: spread {sample.spread:.0%} > {MOST_SPREAD:.0%}; run `--only {name}` when nothing else runs"
-        elif reach is None:
-            verdict = ""
-        else:
-            verdict = REACHED if (value <= reach if most else value >= reach) else MISSED
-        text = f"  {label}: {number(value)} ({number(low)} to {number(high)})"
-        text += "" if reach is None else f", to reach {'<' if most else '>='} {reach:g}"
-        row = {"claim": label, "value": value, "quartiles": (low, high), "spread": sample.spread, "reach": reach, "most": most}
-        self._keep(name, "claim", text + (f": {verdict}" if verdict else ""), **row, verdict=verdict)
+    def times_as_long(self, name: str, slow: Way, fast: Way, sample: Sample, reach: float | None, disturbed: bool) -> None:
+        """Hold against what is to reach how many times as long one way takes as another."""
+        self.claim(name, f"{slow.label} / {fast.label}", sample, reach, disturbed, slow=slow.label, fast=fast.label)
 
-    def unmeasured(self, name: str, label: str, reach: float | None, why: str) -> None:
+    def claim(
+        self, name: str, label: str, sample: Sample, reach: float | None, disturbed: bool = False, below: bool = False, **more
+    ) -> None:
+        """Hold a measured number against what is to reach; `below`: it is to stay below. What scatters is not called a result."""
+        verdict, why = verdict_of(sample, reach, below, disturbed, name)
+        value, (low, high) = sample.median, sample.quartiles
+        text = f"  {label}: {number(value)} ({number(low)} to {number(high)})"
+        text += "" if reach is None else f", to reach {'<=' if below else '>='} {reach:g}"
+        row = {"claim": label, "value": value, "quartiles": (low, high), "spread": sample.spread, "reach": reach, "below": below}
+        row |= {"verdict": verdict, "why": why, **more}
+        self._keep(name, "claim", text + (f": {verdict}" if verdict else "") + (f", {why}" if why else ""), **row)
+
+    def unmeasured(self, name: str, label: str, reach: float | None, why: str, below: bool = False) -> None:
         """Tell that a number is to reach, and why it was not measured."""
-        self._keep(name, "claim", f"  {label}: not measured, {why}", claim=label, value=None, reach=reach, verdict=f"not measured: {why}")
+        row = {"claim": label, "value": None, "reach": reach, "below": below, "verdict": NOT_MEASURED, "why": why}
+        self._keep(name, "claim", f"  {label}: not measured, {why}", **row)
+
+    def point(self, name: str, way: str, count: int, sample: Sample, settled: bool) -> None:
+        """Keep a point of a curve: seconds per frame of so many."""
+        low, high = (1e9 * value / count for value in sample.quartiles)
+        each = 1e9 * sample.median / count
+        text = f"  {count:>12,} {way}: {number(each)} ns each ({number(low)} to {number(high)})" + ("" if settled else ", no result")
+        row = {"way": way, "count": count, "seconds": sample.median, "ns": each, "quartiles_ns": (low, high), "settled": settled}
+        self._keep(name, "point", text, **row)
 
     def phases(self, name: str, way: str, seconds: dict[str, float]) -> None:
         """Tell what the stages of a frame take."""
@@ -87,54 +109,37 @@ class Report:
         text = ", ".join(f"{stage} {number(1e3 * value)} ({value / total:.0%})" for stage, value in seconds.items())
         self._keep(name, "phases", f"  stages one by one, {way}, ms: {text}", way=way, phases=seconds)
 
-    def table(self) -> None:
-        """Print all claims."""
-        table = Table(title="Figures and what is to reach", title_justify="left", header_style="bold")
-        for column in ("", "", "measured", "quartiles", "to reach", ""):
-            table.add_column(column, justify="right" if column in ("measured", "quartiles", "to reach") else "left")
-        before = None
-        for row in self.rows:
-            if row.get("kind") != "claim":
-                continue
-            quartiles = " to ".join(map(number, row["quartiles"])) if "quartiles" in row else ""
-            reach = "" if row["reach"] is None else f"{'<' if row.get('most') else '≥'} {row['reach']:g}"
-            value = "" if row["value"] is None else number(row["value"])
-            table.add_row(row["row"] if row["row"] != before else "", row["claim"], value, quartiles, reach, row["verdict"])
-            before = row["row"]
-        self.console.print(table)
+    def note(self, name: str, text: str, **row) -> None:
+        """Tell something else, and keep its numbers."""
+        self._keep(name, "note", f"  {text}", **row)
 
     def figures(self, case: str, what: str, header: list[str], lines: list[tuple[list[str], dict]]) -> None:
-        """Print a table of a case and keep its rows."""
-        table = Table(title=what, title_justify="left", header_style="bold")
-        for column, name in enumerate(header):
-            table.add_column(name, justify="left" if column == 0 else "right")
+        """Tell the lines of a table of its own."""
         for cells, row in lines:
-            table.add_row(*cells)
-            self.rows.append({"case": case, **row})
-        self.console.print(table)
-
-    def ratio(self, case: str, label: str, sample: Sample, bar: float | None = None, starved: bool = False) -> None:
-        """Print a ratio with its spread; one that scatters too much, or was taken on borrowed cores, is not called a result."""
-        settled = sample.settled and not starved
-        row = {"case": case, "ratio": label, "value": sample.median, "spread": sample.spread, "settled": settled, "bar": bar}
-        self.rows.append(row)
-        if starved:
-            text = f"no result: other work took cores meanwhile (median {sample.median:.1f}x)"
-        elif not settled:
-            text = f"no result: spread {sample.spread:.0%} > {MOST_SPREAD:.0%} (median {sample.median:.1f}x)"
-        else:
-            text = f"{sample.median:.1f}x, spread {sample.spread:.0%}" + (f", to reach: {bar:g}x" if bar else "")
-        self.console.print(f"{label}: {text}")
+            named = [f"{head} {cell}".strip() for head, cell in zip(header, cells, strict=True) if cell]
+            self._keep(case, "figures", f"  {', '.join(named)}", what=what, **row)
 
     def fact(self, case: str, label: str, text: str, **row) -> None:
-        """Print one line and keep its numbers."""
-        self.rows.append({"case": case, "fact": label, **row})
-        self.console.print(f"{label}: {text}")
+        """As `note`, for modules that are not contests yet."""
+        self._keep(case, "fact", f"  {label}: {text}", fact=label, **row)
 
-    def write(self, path: Path) -> None:
-        """Write the rows as JSON lines."""
-        path.write_text("".join(json.dumps(row) + "\n" for row in self.rows))
+    def ratio(self, case: str, label: str, sample: Sample, bar: float | None = None, starved: bool = False) -> None:
+        """As `claim`, for modules that are not contests yet."""
+        self.claim(case, label, sample, bar, starved)
 
     def _keep(self, name: str, kind: str, text: str, **row) -> None:
         self.rows.append({"row": name, "kind": kind, **row})
+        if self.path:
+            with self.path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(self.rows[-1]) + "\n")
         self.console.print(text, soft_wrap=True, highlight=False)
+
+
+def read_rows(paths: list[Path]) -> list[dict]:
+    """Return the rows of several runs as those of one: what a later file says of a row replaces what an earlier one says."""
+    found: dict[str, list[dict]] = {}
+    for path in paths:
+        rows = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
+        for name in dict.fromkeys(row["row"] for row in rows):
+            found[name] = [row for row in rows if row["row"] == name]
+    return [row for rows in found.values() for row in rows]

@@ -3,34 +3,135 @@
 import json
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
-from benchmarks.cases import flag
+from benchmarks import gpu
+from benchmarks.__main__ import BEGIN, END, QUICK, all_rows, make_page
+from benchmarks.cases import flag, sparks
 from benchmarks.cloth import sample_springs, sheet
+from benchmarks.contest import Claim, Contest, Entrant
 from benchmarks.measure import Sample, moves_per_frame
+from benchmarks.report import Report, verdict_of
 from warpsim import Scene, Simulation
+from warpsim.launch import available_cores
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def test_quick_benchmarks(tmp_path):
+VERDICTS = {"", "reached", "missed", "no result", "not measured"}
+
+
+def test_every_row_runs_small(tmp_path):
+    """In one test, for the run takes half a minute: rows say something, all ways end in equal states, a page is made of what was written."""
     out = tmp_path / "figures.jsonl"
-    done = subprocess.run(
-        [sys.executable, "-m", "benchmarks", "--quick", "--json", out], cwd=ROOT, capture_output=True, text=True, timeout=300
-    )
+    command = [sys.executable, "-m", "benchmarks", "--quick", "--json", out]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stdout + done.stderr
     rows = [json.loads(line) for line in out.read_text().splitlines()]
-    ways = [row for row in rows if "ns" in row]
-    assert len(ways) >= 2 and len({row["hash"] for row in ways}) == 1 and all(row["ns"] > 0 for row in ways)
-    assert all(sum(row["shares"].values()) == pytest.approx(1.0) for row in rows if "shares" in row)
-    sheets = {row["way"] for row in rows if row["case"] == "cloth" and "way" in row}
-    assert {"warpsim, 1 thread", "Warp's sample, 1 thread"} <= sheets
+    rows_say_something(rows, done.stdout)
+    states_are_equal(rows)
+    page_is_made_of_them(out, tmp_path)
+    assert out.with_suffix(".png").exists()
+
+
+def rows_say_something(rows: list[dict], shown: str) -> None:
+    told = {name: {row["kind"] for row in rows if row["row"] == name} for name in all_rows(quick=True)}
+    assert all(kinds & {"claim", "point"} for kinds in told.values()), told
+    assert rows[0]["kind"] == "machine" and rows[0]["date"] and rows[0]["warp-lang"]
     for row in rows:
-        if "ratio" in row and not row["settled"]:
-            assert f"{row['ratio']}: no result" in done.stdout
+        if row["kind"] == "claim":
+            assert row["verdict"] in VERDICTS and row["claim"].split(" / ")[0] in shown
+            assert row["verdict"] not in ("no result", "not measured") or row["why"]
+
+
+def states_are_equal(rows: list[dict]) -> None:
+    states = [row for row in rows if row["kind"] in ("states", "end")]
+    assert {"sparks", "flag"} <= {row["row"] for row in states}
+    assert all(row["equal"] and len(row["hashes"]) >= min(2, available_cores()) for row in states), states
+    assert all(distance <= row["most"] for row in states for distance in row.get("apart", {}).values())
+
+
+def page_is_made_of_them(out: Path, folder: Path) -> None:
+    """Between its markers, and nothing else of it changes; a second file's figures replace the first's, row by row."""
+    page, again = folder / "page.md", folder / "again.jsonl"
+    page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n")
+    nothing = {"spread": 0.0, "reach": None, "below": False, "verdict": "", "why": ""}
+    row = {"row": "startup", "kind": "claim", "claim": "afresh", "value": 1, "quartiles": [1, 1]}
+    again.write_text(json.dumps(row | nothing) + "\n")
+    make_page([out, again], page)
+    text = page.read_text()
+    assert text.startswith(f"before\n{BEGIN}\n") and text.endswith(f"{END}\nafter\n") and "\nold\n" not in text
+    assert "| sparks |" in text and "afresh" in text and "--help" not in text
+    assert (folder / "images" / "scaling.png").exists() and "images/scaling.png" in text
+
+
+def test_rows_of_a_gpu_run_on_what_there_is():
+    """Without a GPU they say so; their code runs on the processor here, whose figures mean nothing."""
+    report = Report(Console(quiet=True))
+    for row in gpu.rows(quick=True):
+        row.on("cpu", report, QUICK)
+    claims = [row for row in report.rows if row["kind"] == "claim"]
+    assert len(claims) == 3 and all(row["value"] > 0.0 for row in claims)
+
+
+def test_a_figure_is_reached_missed_or_no_result():
+    """Bars hold to the last digit; what scatters, or was taken on borrowed cores, is judged neither way."""
+    steady, noisy = Sample([4.0, 4.0, 4.0]), Sample([3.0, 5.0, 9.0])
+    assert verdict_of(steady, 4.0, False, False, "row")[0] == "reached" == verdict_of(steady, 4.0, True, False, "row")[0]
+    assert verdict_of(steady, 4.1, False, False, "row")[0] == "missed" == verdict_of(steady, 3.9, True, False, "row")[0]
+    for sample, disturbed in ((noisy, False), (steady, True)):
+        verdict, why = verdict_of(sample, 1.0, False, disturbed, "row")
+        assert verdict == "no result" and "--only row" in why
+    assert verdict_of(steady, None, False, False, "row") == ("", "")
+
+
+class Late:
+    """A peer that ends elsewhere."""
+
+    position = np.full((2_000, 3), 1e3)
+
+    def step_frame(self) -> None:
+        pass
+
+
+def test_peers_that_do_something_else_are_not_timed():
+    report = Report(Console(quiet=True))
+    case = sparks(50)
+    peer = Entrant("Late", 1, lambda run: Late())
+    away = Entrant("Absent", 1, lambda run: Late(), needs="no_such_package")
+    distance = lambda frame, stepped: float(np.abs(stepped.position).max())  # noqa: E731
+    Contest("odd", "", case.scene, entrants=[peer, away], compare=distance, most=1.0, claims=[Claim(("Late",), 2.0)]).measure(report, QUICK)
+    kinds = [row["kind"] for row in report.rows]
+    assert kinds == ["missing", "states", "claim"] and report.rows[-1]["verdict"] == "not measured" and "differ" in report.rows[-1]["why"]
+
+
+def test_the_fastest_peer_is_the_one_to_beat():
+    """Of two that do nothing and nearly nothing, the claim holds against the first; one that is not installed leaves no result."""
+    report = Report(Console(quiet=True))
+    lazy = Entrant("Lazy", 1, lambda run: Waits(0.0))
+    slow = Entrant("Slow", 1, lambda run: Waits(2e-3))
+    away = Entrant("Absent", 1, lambda run: Waits(0.0), needs="no_such_package")
+    claims = [Claim(("Slow", "Lazy"), 0.5), Claim(("Absent",), 4.0)]
+    Contest("odd", "", sparks(50).scene, entrants=[slow, lazy, away], claims=claims, phases=False).measure(report, QUICK)
+    told = {row["claim"].split(",")[0]: row for row in report.rows if row["kind"] == "claim" and row["reach"] is not None}
+    assert set(told) == {"Lazy", "Absent"} and told["Lazy"]["reach"] == 0.5
+    assert told["Absent"]["verdict"] == "not measured" and "no_such_package" in told["Absent"]["why"]
+
+
+class Waits:
+    """A peer that takes so long."""
+
+    def __init__(self, seconds: float):
+        self.seconds = seconds
+
+    def step_frame(self) -> None:
+        """Wait."""
+        time.sleep(self.seconds)
 
 
 def test_a_noisy_ratio_is_no_result():
