@@ -53,7 +53,7 @@ class Sample:
     def spread(self) -> float:
         """Interquartile range over median."""
         low, high = self.quartiles
-        return (high - low) / self.median
+        return (high - low) / self.median if high > low else 0.0
 
     @property
     def settled(self) -> bool:
