@@ -5,8 +5,6 @@ import importlib.util
 import re
 import sys
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
@@ -20,40 +18,16 @@ from benchmarks.table import markdown, print_table
 from warpsim import SceneError, load_scene
 from warpsim.kernel_cache import prepare_kernel_cache
 
-MODULES = ("flocks", "cloth", "cases", "bandwidth", "scaling", "gpu", "startup")  # whose `rows(quick)` are the table, in its order
+# Whose `rows(quick)` are the table, in its order.
+MODULES = ("flocks", "neighbors", "cloth", "cases", "bandwidth", "scaling", "gpu", "startup")
 BEGIN, END = "<!-- measured: begin, made by python -m benchmarks --page -->", "<!-- measured: end -->"
 QUICK = Effort(seconds=0.2, most_rounds=3, least_rounds=3, quick=True)
-
-
-@dataclass(frozen=True)
-class Old:
-    """A case that is not a contest yet."""
-
-    name: str
-    run: Callable[[Report, bool], None]
-    work: str = "see docs/performance.md"
-
-    def measure(self, report: Report, effort: Effort) -> None:
-        """Run it."""
-        self.run(report, effort.quick)
-
-
-def old_cases() -> list[Old]:
-    """Cases that are not contests yet."""
-    neighbors, flocks, cloth = (import_module(f"benchmarks.{name}") for name in ("neighbors", "flocks", "cloth"))
-    found = [Old("neighbors", lambda report, quick: neighbors.measure_neighbors(5_000 if quick else 100_000, report, 5))]
-    if not hasattr(flocks, "rows"):
-        found.append(Old("flocks", lambda report, quick: flocks.measure_flocks((2_000,) if quick else (100_000, 1_000_000), report, 7)))
-    if not hasattr(cloth, "rows"):
-        found.append(Old("cloth", lambda report, quick: [cloth.measure_cloth(n, report, 7) for n in ((16,) if quick else (128, 256))]))
-    return found
 
 
 def all_rows(quick: bool) -> dict[str, Row]:
     """Return the rows of the table by name."""
     modules = [import_module(f"benchmarks.{module}") for module in MODULES]
-    found = [row for module in modules if hasattr(module, "rows") for row in module.rows(quick)]
-    return {row.name: row for row in [*found, *old_cases()]}
+    return {row.name: row for module in modules for row in module.rows(quick)}
 
 
 def own_scene(name: str) -> Contest:

@@ -9,22 +9,51 @@ import importlib.util
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from unittest import mock
 
 import numpy as np
 import warp as wp
 
-from benchmarks.measure import Timing, Way, stage_shares, take_turns
-from benchmarks.report import Report
+from benchmarks.contest import Claim, Contest, Entrant
+from benchmarks.measure import Stepped
 from warpsim import Scene, Simulation
-from warpsim.launch import PARALLEL_FROM, available_cores
+from warpsim.frame import Frame
+from warpsim.launch import available_cores
 
 SPACING, STIFFNESS, DAMPING, MASS = 0.1, 1000.0, 10.0, 0.1  # [m], [N/m], [N s/m], [kg]: the sample's
 FPS, SUBSTEPS = 60, 16
 COMPARED_FRAMES = 60  # as many as the sample takes
-MOST_APART = 1e-3  # [m]: float32 sums in another order come to 2e-5, growing as the sheet crumples; a wrong spring shows as centimeters
+MOST_APART = 1e-3  # [m]
+WHY = "float32 sums in another order come to 2e-5 m, growing as the sheet crumples; a wrong spring shows as centimeters"
 SAMPLES = Path(wp.__file__).parent / "examples" / "benchmarks"
+
+
+def rows(quick: bool) -> list[Contest]:
+    """The rows of cloth."""
+    counts = {"cloth-64": 12, "cloth-128": 16, "cloth-256": 20} if quick else {"cloth-64": 64, "cloth-128": 128, "cloth-256": 256}
+    return [contest(name, count, to_reach=name != "cloth-64") for name, count in counts.items()]
+
+
+def contest(name: str, count: int, to_reach: bool) -> Contest:
+    """A sheet of count × count points; `to_reach`: the smallest is told beside the peers, and held to nothing but its second core."""
+    cores, sample, taichi = available_cores(), "Warp's sample", "Taichi's sample"
+    springs = 2 * count * (count - 1) + 2 * (count - 1) ** 2 + 2 * count * (count - 2)
+    return Contest(
+        name=name,
+        work=f"the cloth of Warp's sample, {count} x {count} points, {springs:,} springs, {SUBSTEPS} substeps",
+        scene=sheet(count),
+        items=count * count * SUBSTEPS,
+        item="point and substep",
+        warmup=0,  # the peers begin with the sheet at rest
+        compared=COMPARED_FRAMES,
+        entrants=[Entrant(sample, 1, partial(warp_peer, count=count)), Entrant(taichi, cores, partial(taichi_peer, count=count), "taichi")],
+        compare=apart,
+        most=MOST_APART,
+        why=WHY,
+        claims=[Claim((sample,), 8.0), Claim((taichi,), 25.0)] if to_reach else [],
+    )
 
 
 def sheet(count: int) -> Scene:
@@ -103,70 +132,16 @@ def sample_module(name: str):
     return module
 
 
-def peers_of(cloth: SampleCloth) -> dict[Way, Peer]:
-    """Make the peers that are installed."""
-    warp_sample = sample_module("benchmark_cloth_warp").WpIntegrator(cloth, "cpu")
-    peers = {Way("Warp's sample, 1 thread", 1, native=False): Peer(warp_sample.simulate)}
-    if importlib.util.find_spec("taichi"):
-        taichi_sample = sample_module("benchmark_cloth_taichi").TiIntegrator(cloth, "cpu")
-        peers[Way(f"Taichi's, {available_cores()} threads", available_cores(), native=False)] = Peer(taichi_sample.simulate)
-    return peers
+def warp_peer(run: Simulation, count: int) -> Stepped:
+    """Warp's own sample."""
+    return Peer(sample_module("benchmark_cloth_warp").WpIntegrator(sample_cloth(run, count), "cpu").simulate)
 
 
-def measure_cloth(count: int, report: Report, rounds: int) -> None:
-    """Our whole step with one core and all, beside the peers', in turns, from the same start."""
-    scene, cores = sheet(count), available_cores()
-    ways = [Way("warpsim, 1 thread", 1), *([Way(f"warpsim, {cores} threads", cores)] if cores > 1 else [])]
-    runs = {way: way.build(scene, "cpu") for way in ways}
-    peers = peers_of(sample_cloth(runs[ways[0]], count))
-    for stepped in (runs | peers).values():
-        for _ in range(COMPARED_FRAMES):
-            stepped.step_frame()
-    apart = compare(runs, peers)
-    times = take_turns(runs | peers, rounds, lambda: None)
-    tell_times(count, report, runs[ways[0]], times, apart)
-    tell_ratios(report, times, cores if runs[ways[-1]].systems["sheet"].load >= PARALLEL_FROM else 1)
-    shares = stage_shares(runs[ways[0]], max(5, rounds // 3))
-    report.fact("cloth", "stages, 1 thread", ", ".join(f"{stage} {share:.1%}" for stage, share in shares.items()), shares=shares)
-    report.console.print()
+def taichi_peer(run: Simulation, count: int) -> Stepped:
+    """Taichi's version of it, which comes with Warp."""
+    return Peer(sample_module("benchmark_cloth_taichi").TiIntegrator(sample_cloth(run, count), "cpu").simulate)
 
 
-def tell_ratios(report: Report, times: dict[Way, Timing], used: int) -> None:
-    """Print how much longer the peers take than we do with all cores and with one; `used`: cores that the sheet is worth."""
-    peers = [way for way in times if not way.native]
-    alone, *more = [way for way in times if way.native]
-    for way in peers:
-        for mine in (alone, *more) if way.threads == 1 else (*more, alone)[:1]:
-            bar = None if mine is alone and more else 8.0 if way.threads == 1 else 25.0
-            starved = times[mine].starved(min(mine.threads, used))
-            report.ratio("cloth", f"{way.label} / {mine.label}", times[way].seconds.over(times[mine].seconds), bar, starved)
-    for mine in more if used > 1 else ():
-        ratio = times[alone].seconds.over(times[mine].seconds)
-        report.ratio("cloth", f"{alone.label} / {mine.label}", ratio, 1.5, times[mine].starved(used))
-
-
-def compare(runs: dict[Way, Simulation], peers: dict[Way, Peer]) -> float:
-    """Return how far from ours the peers' points are at most [m]. Stops where that is too far, or where the hashes of ours differ."""
-    if len({run.state_hash() for run in runs.values()}) > 1:
-        sys.exit("the ways do not agree: their state hashes differ")
-    ours = next(iter(runs.values())).frame()["sheet"].position
-    apart = {way: float(np.abs(peer.position - ours).max()) for way, peer in peers.items()}
-    for way, distance in apart.items():
-        if not distance <= MOST_APART:
-            sys.exit(f"{way.label} is {distance:.1e} m away after {COMPARED_FRAMES} frames")
-    return max(apart.values())
-
-
-def tell_times(count: int, report: Report, run: Simulation, times: dict[Way, Timing], apart: float) -> None:
-    """Print a table of the times."""
-    springs, lines = len(run.frame()["sheet"].springs), []
-    for way, timing in times.items():
-        seconds = timing.seconds
-        each = 1e9 * seconds.median / (springs * SUBSTEPS)
-        cells = [way.label, f"{1e3 * seconds.median:.2f}", f"{seconds.spread:.0%}", f"{each:.2f}", f"{timing.cores.median:.2f}"]
-        row = {"way": way.label, "points": count * count, "seconds": seconds.median, "spread": seconds.spread, "ns_per_spring": each}
-        lines.append((cells, row))
-    what = (
-        f"a sheet of {count} x {count} points, {springs:,} springs, {SUBSTEPS} substeps; {apart:.0e} m apart after {COMPARED_FRAMES} frames"
-    )
-    report.figures("cloth", what, ["", "ms/frame", "spread", "ns/spring/substep", "cores got"], lines)
+def apart(frame: Frame, peer: Stepped) -> float:
+    """Return how far a peer's points are from ours at most [m]."""
+    return float(np.abs(peer.position - frame["sheet"].position).max())

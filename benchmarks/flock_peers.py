@@ -4,7 +4,6 @@ Those for Numba and Taichi are beside, in modules that need them; they sort plac
 as one run, which is the best of what plain loops do.
 """
 
-import importlib.util
 from dataclasses import dataclass
 
 import numpy as np
@@ -100,8 +99,3 @@ def move_hashed(
             w[axis] = -wp.abs(w[axis])
     x_out[i] = y
     v_out[i] = w
-
-
-def installed(name: str) -> bool:
-    """Return whether a peer is there."""
-    return importlib.util.find_spec(name) is not None

@@ -3,21 +3,38 @@
 The peers are plain Warp kernels on one core, over the same points with the same law; what they find must agree.
 """
 
-import sys
-
 import numpy as np
 import warp as wp
 
-from benchmarks.measure import Way, stage_shares, take_turns
-from benchmarks.report import Report
+from benchmarks.contest import Contest, Entrant
+from benchmarks.measure import Stepped
 from warpsim import Scene, Simulation
-from warpsim.launch import available_cores
+from warpsim.frame import Frame
 
 NEIGHBORS = 24
 RADIUS = 0.1  # [m]
 SOFTENING = 1e-3  # [m]
 STRENGTH = 1e-9  # [N m²]: so weak that the points stay where they are
-MOST_BY_BRUTE_FORCE = 20_000
+
+
+def rows(quick: bool) -> list[Contest]:
+    """The row of pair forces: told beside what people write, held to nothing but the second core."""
+    count = 2_000 if quick else 100_000
+    peers = [Entrant("wp.HashGrid, plain kernel", 1, HashGrid)] + ([Entrant("all pairs, plain kernel", 1, BruteForce)] if quick else [])
+    return [
+        Contest(
+            name="pairs-100k",
+            work=f"{count:,} particles with {NEIGHBORS} neighbors each, inverse square: the whole step, of peers the forces alone",
+            scene=cloud(count),
+            items=count,
+            compared=1,
+            entrants=peers,
+            compare=disagreement,
+            unit="of the mean force",
+            most=1e-5,
+            why="24 roundings of a sum; and whatever is made of a pair at the very radius",
+        )
+    ]
 
 
 def cloud(count: int) -> Scene:
@@ -58,8 +75,9 @@ def pull_near(grid: wp.uint64, x: wp.array[wp.vec3], a_out: wp.array[wp.vec3]):
 class BruteForce:
     """All pairs."""
 
-    def __init__(self, points: np.ndarray):
-        self.x = wp.array(points, dtype=wp.vec3, device="cpu")
+    def __init__(self, run: Simulation):
+        self.ours = run.systems["cloud"].pairs.internal
+        self.x = wp.array(np.array(run.frame()["cloud"].position), dtype=wp.vec3, device="cpu")
         self.a = wp.zeros_like(self.x)
 
     def step_frame(self) -> None:
@@ -69,8 +87,8 @@ class BruteForce:
 class HashGrid(BruteForce):
     """Warp's own grid, built and asked."""
 
-    def __init__(self, points: np.ndarray):
-        super().__init__(points)
+    def __init__(self, run: Simulation):
+        super().__init__(run)
         self.grid = wp.HashGrid(128, 128, 128, device="cpu")
 
     def step_frame(self) -> None:
@@ -78,51 +96,7 @@ class HashGrid(BruteForce):
         wp.launch(pull_near, len(self.x), [self.grid.id, self.x, self.a], device="cpu")
 
 
-def measure_neighbors(count: int, report: Report, rounds: int) -> None:
-    """Our whole step with one core and all, the peers' forces alone, in turns."""
-    scene, cores = cloud(count), available_cores()
-    ways = [Way("warpsim, 1 thread", 1), *([Way(f"warpsim, {cores} threads", cores)] if cores > 1 else [])]
-    runs = {way: way.build(scene, "cpu") for way in ways}
-    for run in runs.values():
-        run.step_frame()
-    points = runs[ways[0]].frame()["cloud"].position
-    peers = {Way("wp.HashGrid, plain kernel, 1 thread", 1, native=False): HashGrid(points)}
-    if count <= MOST_BY_BRUTE_FORCE:
-        peers[Way("all pairs, plain kernel, 1 thread", 1, native=False)] = BruteForce(points)
-    for peer in peers.values():
-        peer.step_frame()
-    agree(runs[ways[0]], peers, points)
-    met = count_neighbors(points)
-    times = take_turns(runs | peers, rounds, lambda: None)
-    lines = []
-    for way, timing in times.items():
-        seconds, each = timing.seconds, 1e9 * timing.seconds.median / count
-        per_neighbor = each / max(met, 1e-9)
-        cells = [way.label, f"{1e3 * seconds.median:.2f}", f"{seconds.spread:.0%}", f"{each:.0f}", f"{per_neighbor:.2f}"]
-        lines.append((cells, {"way": way.label, "seconds": seconds.median, "spread": seconds.spread, "ns_per_neighbor": per_neighbor}))
-    what = f"{count:,} particles with {met:.1f} neighbors each, inverse square: the whole step, of peers the forces alone"
-    report.figures("neighbors", what, ["", "ms", "spread", "ns/particle", "ns/particle/neighbor"], lines)
-    for way in [way for way in times if not way.native]:
-        report.ratio("neighbors", f"{way.label} / {ways[0].label}", times[way].seconds.over(times[ways[0]].seconds))
-    if cores > 1:
-        starved = times[ways[1]].starved(cores)
-        report.ratio("neighbors", f"{ways[0].label} / {ways[1].label}", times[ways[0]].seconds.over(times[ways[1]].seconds), 1.5, starved)
-    shares = stage_shares(runs[ways[0]], max(5, rounds // 3))
-    report.fact("neighbors", "stages, 1 thread", ", ".join(f"{stage} {share:.1%}" for stage, share in shares.items()), shares=shares)
-    report.console.print()
-
-
-def agree(run: Simulation, peers: dict, points: np.ndarray) -> None:
-    """Stop if a peer's accelerations are not those of the run: on average to rounding, whatever is made of a pair at the very radius."""
-    ours = run.systems["cloud"].pairs.internal.numpy()[:, : len(points)].T
-    for way, peer in peers.items():
-        error = np.abs(peer.a.numpy() - ours).mean() / np.abs(ours).mean()
-        if error > 1e-5:
-            sys.exit(f"{way.label} does not agree: {error:.1e}")
-
-
-def count_neighbors(points: np.ndarray, most: int = 500) -> float:
-    """Return the mean number of neighbors, from some of the points."""
-    some = points[:: max(1, len(points) // most)].astype(float)
-    found = [((points.astype(float) - x) ** 2).sum(axis=1) < RADIUS**2 - SOFTENING**2 for x in some]
-    return float(np.mean([near.sum() - 1 for near in found]))
+def disagreement(frame: Frame, peer: Stepped) -> float:
+    """Return how far a peer's accelerations are from ours, in the mean, as a share of them."""
+    ours = peer.ours.numpy()[:, : len(frame["cloud"].position)].T
+    return float(np.abs(peer.a.numpy() - ours).mean() / np.abs(ours).mean())
