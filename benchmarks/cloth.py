@@ -52,7 +52,7 @@ def contest(name: str, count: int, to_reach: bool) -> Contest:
         compare=apart,
         most=MOST_APART,
         why=WHY,
-        claims=[Claim((sample,), 8.0), Claim((taichi,), 25.0)] if to_reach else [],
+        claims=[Claim((sample,), 8.0 if to_reach else None), Claim((taichi,), 25.0 if to_reach else None)],
     )
 
 

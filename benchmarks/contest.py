@@ -72,7 +72,7 @@ class Claim:
     """The fastest entrant of these labels takes `reach` times as long as warpsim on all cores."""
 
     labels: Sequence[str]
-    reach: float
+    reach: float | None  # None: it is told, and held to nothing
 
 
 @dataclass(frozen=True)

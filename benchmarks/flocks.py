@@ -22,7 +22,7 @@ WHY = "a neighbor at the very edge of view is seen by one and not by the other, 
 
 def rows(quick: bool) -> list[Contest]:
     """The rows of flocks."""
-    counts = {"flocks-10k": 1_000, "flocks-100k": 2_000, "flocks-1m": 3_000} if quick else {"flocks-10k": 10_000, "flocks-100k": 100_000}
+    counts = {"flocks-10k": 4_000, "flocks-100k": 2_000, "flocks-1m": 3_000} if quick else {"flocks-10k": 10_000, "flocks-100k": 100_000}
     counts |= {} if quick else {"flocks-1m": 1_000_000}
     bars = {"flocks-10k": {}, "flocks-100k": {"peers": 3.5, "steps_per_second": 60.0}, "flocks-1m": {"peers": 3.5}}
     return [boids(name, count, **bars[name]) for name, count in counts.items()]
@@ -44,7 +44,7 @@ def boids(name: str, count: int, peers: float | None = None, steps_per_second: f
         compare=apart,
         most=MOST_APART + ROUNDING * law_of(scene).edge,
         why=WHY,
-        claims=[Claim(("Numba prange", "Taichi"), peers)] if peers else [],
+        claims=[Claim(("Numba prange", "Taichi"), peers), Claim(("wp.HashGrid, plain kernel",), None)] if peers else [],
         steps_per_second=steps_per_second,
     )
 

@@ -6,7 +6,7 @@ The peers are plain Warp kernels on one core, over the same points with the same
 import numpy as np
 import warp as wp
 
-from benchmarks.contest import Contest, Entrant
+from benchmarks.contest import Claim, Contest, Entrant
 from benchmarks.measure import Stepped
 from warpsim import Scene, Simulation
 from warpsim.frame import Frame
@@ -29,6 +29,7 @@ def rows(quick: bool) -> list[Contest]:
             items=count,
             compared=1,
             entrants=peers,
+            claims=[Claim((peer.label,), None) for peer in peers],
             compare=disagreement,
             unit="of the mean force",
             most=1e-5,
