@@ -3,11 +3,13 @@
 Compaction and sorting move columns of the slab, so that no field, solver history included, can be forgotten.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import warp as wp
 
+from warpsim.keeping import KeptArray
 from warpsim.kernels import emission
 from warpsim.kernels.loops import BLOCK
 
@@ -96,26 +98,38 @@ class Population:
 
     def host(self, name: str) -> np.ndarray:
         """Return a copy of a field's live columns, (rows, live) or (live,)."""
-        live = self.counter("live")
-        array = self.field(name)
-        if array.ndim == 1:
-            return np.array(array[:live].numpy()) if live else np.zeros(0, wp.dtype_to_numpy(array.dtype))
-        return np.array(array.numpy()[:, :live])
+        return np.array(columns(self.field(name), self.counter("live")))
 
-    def save(self) -> dict[str, np.ndarray]:
-        """Return a copy of everything that makes up the state: counters and the slab's live columns."""
-        return {"counters": np.array(self.counters.numpy()), "slab": np.array(self.slab.numpy()[:, : self.counter("live")])}
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Return everything that makes up the state: counters and the slab's live columns; on the CPU views of the arrays themselves."""
+        return {"counters": self.counters.numpy(), "slab": columns(self.slab, self.counter("live"))}
 
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        """Take back a state made by save()."""
-        slab = self.slab.numpy()
-        slab[:, : state["slab"].shape[1]] = state["slab"]
-        if self._on_host is None:
-            self.slab.assign(slab)
-        self.counters.assign(state["counters"])
+    def restore(self, state: Mapping[str, KeptArray]) -> None:
+        """Take back what arrays() were when they were kept."""
+        put_columns(self.slab, state["slab"])
+        self.counters.assign(state["counters"].whole())
 
     def clear(self) -> None:
         """Remove all particles and forget the fault; the emitters go on."""
         counters = self.counters.numpy()
         counters[[emission.LIVE, emission.ACTIVE, emission.FAULT]] = 0
         self.counters.assign(counters)
+
+
+def columns(array: wp.array, count: int) -> np.ndarray:
+    """Return the first columns of an array (rows, n) or (n,): on the CPU a view of it, from a GPU no more than these."""
+    if array.device.is_cpu or count == array.shape[-1]:
+        return array.numpy()[..., :count]
+    if count == 0:
+        return np.zeros((*array.shape[:-1], 0), wp.dtype_to_numpy(array.dtype))
+    return (array[:count] if array.ndim == 1 else array[:, :count]).contiguous().numpy()
+
+
+def put_columns(array: wp.array, kept: KeptArray) -> None:
+    """Put kept rows back into the first columns of an array (rows, n)."""
+    count = kept.shape[1]
+    if array.device.is_cpu:
+        for row, values in zip(array.numpy(), kept, strict=True):
+            row[:count] = values
+    elif count:
+        wp.copy(array[:, :count], wp.array(kept.whole(), dtype=array.dtype, device=array.device))

@@ -1,6 +1,5 @@
 """Simulation: builds systems from a scene and advances them, frame by frame, as one captured graph."""
 
-import hashlib
 import json
 import math
 import weakref
@@ -12,6 +11,7 @@ import warp as wp
 from warpsim.changes import Change, changed_scene
 from warpsim.environment import Environment
 from warpsim.frame import Frame
+from warpsim.keeping import digest_of, kept, size_of, thinned
 from warpsim.kernels.lifetime import advance_clock
 from warpsim.launch import MOST_CORES, FrameGraph, Stage, available_cores
 from warpsim.memory import check_memory, free_memory
@@ -29,8 +29,6 @@ from warpsim.systems.springs import Springs
 SYSTEMS = {"particles": Particles, "springs": Springs, "cloth": Cloth, "flock": Flock}
 wp.config.log_level = max(wp.config.log_level, wp.LOG_WARNING)  # no banner and no line per module; set it lower afterwards to see them
 SNAPSHOT_EVERY = 64  # frames between the states from which the last good one is recomputed; 1 % of a run of a million particles
-MOST_KEPT = 16  # states for going back
-MOST_KEPT_BYTES = 1 << 28
 LOOK_EVERY = 16  # frames between looks at the fault flags on a GPU, where looking waits for the device
 
 
@@ -56,15 +54,6 @@ def resolve_device(name: str) -> str:
     return name
 
 
-def thinned(states: list[dict]) -> list[dict]:
-    """Return at most MOST_KEPT states of at most MOST_KEPT_BYTES, of earlier ones every other; the first and the last always."""
-    sizes = [sum(array.nbytes for arrays in state["systems"].values() for array in arrays.values()) for state in states]
-    while len(states) > 2 and (len(states) > MOST_KEPT or sum(sizes) > MOST_KEPT_BYTES):
-        places = [0, *range(2, len(states) - 1, 2), len(states) - 1]
-        states, sizes = [states[k] for k in places], [sizes[k] for k in places]
-    return states
-
-
 class Simulation:
     """The scene in motion. Frame 0 is the initial state; every step goes one frame on.
 
@@ -78,7 +67,8 @@ class Simulation:
         if threads is not None and threads < 1:
             raise ValueError(f"threads must be at least 1, got {threads}")
         self.threads = min(threads or available_cores(), MOST_CORES)
-        check_memory(scene, free_memory() if self.device == "cpu" else wp.get_device(self.device).free_memory)
+        on_gpu = self.device != "cpu"
+        check_memory(scene, wp.get_device(self.device).free_memory if on_gpu else free_memory(), on_gpu)
         self._fps = scene.time.fps
         self.index = -math.ceil(scene.time.prewarm * self._fps - 1e-9)
         self._clock = wp.array([self.index - 1], dtype=wp.int64, device=self.device)
@@ -104,6 +94,7 @@ class Simulation:
         self._kept = [self._state()]
         while self.index < 0:
             self.step_frame()
+        self._kept.clear()
         self._kept = [self._state()]  # frame 0, then later ones; the last is never ahead of the present
 
     def change(self, path: str, value) -> None:
@@ -173,7 +164,8 @@ class Simulation:
         self._keep_frame()
         if self.index - self._kept[-1]["index"] >= (SNAPSHOT_EVERY if self.device == "cpu" else 16 * SNAPSHOT_EVERY):
             self._answer_faults()  # a GPU's flags may not have been looked at yet
-            self._kept = thinned([*self._kept, self._state()])
+            self._kept = thinned(self._kept, size_of(self._arrays()))  # before, so that there is never one more than may be
+            self._kept.append(self._state())
         self._advance()
         if self.device == "cpu" or self.index % LOOK_EVERY == 0:
             self._answer_faults()
@@ -230,7 +222,11 @@ class Simulation:
     def _state(self) -> dict:
         """Return a copy of everything the future depends on."""
         past = {"index": self.index, "scene": self.scene, "change_count": self._change_count}
-        return past | {"systems": {name: system.save() for name, system in self.systems.items()}}
+        return past | {"systems": kept(self._arrays())}
+
+    def _arrays(self) -> dict[str, dict[str, np.ndarray]]:
+        """Return everything the future depends on; on the CPU the arrays themselves."""
+        return {name: system.arrays() for name, system in self.systems.items()}
 
     def _restore(self, state: dict) -> None:
         self.index, self._change_count = state["index"], state["change_count"]
@@ -247,12 +243,7 @@ class Simulation:
 
     def state_hash(self) -> str:
         """Return a hex digest of the full state: equal for equal scene, seed and version on one kind of device."""
-        digest = hashlib.blake2b(str(self.index).encode(), digest_size=16)
-        for name, arrays in self._state()["systems"].items():
-            for key, array in arrays.items():
-                digest.update(f"{name}.{key}{array.shape}{array.dtype.str}".encode())
-                digest.update(np.ascontiguousarray(array))
-        return digest.hexdigest()
+        return digest_of(self.index, self._arrays())
 
     def statistics(self) -> dict[str, dict[str, float]]:
         """Return by system: live particles, births so far, refused for want of room, killed beyond the extent, kinetic energy [J].

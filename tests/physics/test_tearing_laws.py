@@ -85,7 +85,7 @@ def test_a_frame_shows_what_is_left():
 
 def test_seeking_and_sliders_know_what_is_torn():
     """State holds it: back and forth gives the same hash; stiffer springs do not heal; a reset makes the network whole."""
-    sim = simulate(**BANNER)
+    sim = simulate(**BANNER, more={"limits": {"unstable": "reset"}})
     sim.run(1.0)
     after, torn = sim.state_hash(), sim.frame()["s"].torn
     sim.seek(10)

@@ -3,7 +3,7 @@
 import pytest
 
 from tests.simulation.scenes import scene as simulated
-from warpsim import SceneError, Simulation, memory
+from warpsim import SceneError, Simulation
 from warpsim.scene import load_text
 
 TEXT = """\
@@ -55,20 +55,6 @@ def test_a_solver_that_never_meets_a_pair_is_no_mistake():
     for feels in ("false", "[]", "[0]", "[sun]"):
         assert load_text(TEXT.replace("forces: [sun]", f"forces: {feels}"), "a.yaml")
     assert load_text(TEXT.replace("solver: verlet", "capacity: 10"), "a.yaml"), "the default solver knows pairs"
-
-
-def test_memory_of_the_grid_is_counted():
-    """By the arrays that were made, for capacities beside the powers of two where the table is largest."""
-    force = {"type": "pairwise", "strength": 1e-9, "radius": 0.1}
-    for capacity in (64, 33_000, 65_536, 70_000):
-        paired, alone = (simulated({"capacity": capacity}, {"rate": 10.0}, forces=forces) for forces in ([force], []))
-        pairs = Simulation(paired, device="cpu", threads=1).systems["p"].pairs
-        grid = pairs.neighbors.grid
-        taken = [grid.bucket, grid.order, grid.begin, pairs.neighbors.sorted, pairs.internal]
-        scratch = 8 * capacity + 4 * 64 * (grid.begin.size**0.5 + 2)  # (bucket, slot) half sorted, and counts by part
-        needed = sum(array.capacity for array in taken) + scratch
-        counted = memory.estimate_memory(paired) - memory.estimate_memory(alone)
-        assert needed <= counted <= 3 * needed + 64 * 1024, capacity
 
 
 def test_a_capacity_beyond_the_machine_is_refused_with_words():

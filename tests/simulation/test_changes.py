@@ -123,7 +123,7 @@ def test_going_back_needs_few_frames_and_bounded_memory(monkeypatch):
     )
     sim.rewind(1500)
     assert sim.index <= 1500 and sim.index in kept
-    monkeypatch.setattr("warpsim.simulation.MOST_KEPT_BYTES", 0)
+    monkeypatch.setattr("warpsim.keeping.MOST_KEPT_BYTES", 0)
     sim.seek(2000)
     assert len(sim._kept) == 2
     straight = Simulation(scene(), device="cpu", threads=1)

@@ -45,28 +45,35 @@ def _scene_file(name: str) -> Path | None:
 
 
 def _scene_as_data(path: Path) -> dict[str, object]:
-    from warpsim.memory import estimate_memory, network_advice
+    from warpsim.footprint import footprints, scene_tables
+    from warpsim.memory import network_advice
     from warpsim.scene import load_scene
 
     scene = load_scene(path)
+    advised = network_advice(scene)
     stability = {
         name: {
             "longest_substep": None if advice.longest == math.inf else advice.longest,
             "least_substeps": advice.least,
             "substeps": advice.chosen,
         }
-        for name, advice in network_advice(scene).items()
+        for name, advice in advised.items()
     }
+    systems = footprints(scene, advised)
     return {
         "file": str(path),
-        "memory_bytes": estimate_memory(scene),
+        "memory_bytes": scene_tables(scene) + sum(one.total for one in systems.values()),
+        "memory": {
+            name: {key: getattr(one, key) for key in ("unit", "count", "total", "each", "states", "parts")} for name, one in systems.items()
+        },
         "stability": stability,
         "scene": scene.model_dump(mode="json", by_alias=True),
     }
 
 
 def _scene_facts(path: Path) -> dict[str, object]:
-    from warpsim.memory import GIB, estimate_memory, network_advice
+    from warpsim.footprint import footprints, scene_tables
+    from warpsim.memory import network_advice
     from warpsim.scene import load_scene
 
     scene = load_scene(path)
@@ -86,7 +93,7 @@ def _scene_facts(path: Path) -> dict[str, object]:
         "systems": [_system(name, system, advice) for name, system in scene.systems.items()],
         "controls": [f"{slider.label}: {slider.min:g} to {slider.max:g} ({slider.path})" for slider in scene.sliders],
         "verify": [_entry(oracle) for oracle in scene.verify],
-        "memory": f"about {max(estimate_memory(scene) / GIB, 0.01):.2f} GiB",
+        "memory": _memory(scene_tables(scene), footprints(scene, advice)),
     }
     return {key: value for key, value in facts.items() if value not in ("", [])}
 
@@ -101,6 +108,24 @@ def _system(name: str, system, advice: dict[str, object]) -> str:
         return f"{name}: {system.type}, {size}, {system.method}; {advice[name]}"
     motion = "ballistic" if system.motion == "ballistic" else "tracer" if system.coupling == "tracer" else system.method
     return f"{name}: {system.type}, capacity {system.capacity}, {motion}, {len(system.emitters)} emitter(s)"
+
+
+def _memory(shared: int, systems: dict) -> list[str]:
+    """Return what all takes, and each system: bytes of one particle, boid, vertex or point, by part where that is a byte or more."""
+    from warpsim.footprint import KEPT
+
+    lines = [f"about {_bytes(shared + sum(one.total for one in systems.values()))}"]
+    for name, one in systems.items():
+        parts = ", ".join(f"{part} {size / one.count:.0f}" for part, size in one.parts.items() if size >= one.count and part != KEPT)
+        kept = f"{one.states} states to go back to, {one.state / one.count:.0f} each"
+        lines.append(f"{name}: {_bytes(one.total)}; bytes per {one.unit}: {one.each:.0f} ({parts}); at most {kept}")
+    return lines
+
+
+def _bytes(size: int) -> str:
+    """Return a size with three digits, in kB, MB or GB."""
+    unit, name = next((unit, name) for unit, name in ((10**9, "GB"), (10**6, "MB"), (10**3, "kB")) if size >= unit or name == "kB")
+    return f"{size / unit:.3g} {name}"
 
 
 def _entry(entry) -> str:

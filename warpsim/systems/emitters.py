@@ -7,9 +7,9 @@ import numpy as np
 import warp as wp
 
 from warpsim.directions import perpendiculars, rotation_matrix, unit
+from warpsim.footprint import pieces
 from warpsim.kernels import birth, emission
 from warpsim.launch import Stage
-from warpsim.memory import pieces
 from warpsim.population import Population
 from warpsim.scene.emitters import Distribution, Emitter, EmitterShape, Velocity
 from warpsim.signals import SignalTable, strength_signals
@@ -158,11 +158,3 @@ class Emission:
         counters = self.population.counters
         yield Stage("plan", emission.plan_births, 1, (self.births, self.plan, counters))
         yield Stage("emit", birth.emit_particles, self.population.capacity, (self.births, self.plan, counters, targets), loop)
-
-    def save(self) -> np.ndarray:
-        """Return a copy of the progress."""
-        return np.array(self.plan.progress.numpy())
-
-    def restore(self, progress: np.ndarray) -> None:
-        """Take back a progress made by save()."""
-        self.plan.progress.assign(progress)

@@ -52,7 +52,7 @@ class Flock(LastingSystem):
         self._others: dict[str, Flock] = {}
         self._census: Census | None = None  # made when somebody asks
         self._native = False
-        self._origin = self.save()
+        self.remember_start()
 
     def _rule_rows(self, spec) -> dict[str, flock.Rules]:
         """Return what its boids do because of each other, and of the flocks that it attends to, by name."""
@@ -156,10 +156,6 @@ class Flock(LastingSystem):
     def remedy(self) -> str:
         """What to try where it blows up."""
         return f"try substeps: {2 * self.pace.substep_count} for this flock, a speed band or max_force"
-
-    def reset(self) -> None:
-        """Put the flock back to where it started."""
-        self.restore(self._origin)
 
     def statistics(self) -> dict[str, float]:
         """Return what there is to tell besides counts and kinetic energy: how much order there is, spacing, clusters."""

@@ -1,14 +1,15 @@
 """Lasting systems: populations whose points neither come nor go, and whose motion begins at the end of the opening frame."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
-from functools import partial
+from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property, partial
 
 import numpy as np
 import warp as wp
 
 from warpsim.environment import Environment, Surroundings
 from warpsim.frame import SystemFrame
+from warpsim.keeping import KeptArray, kept
 from warpsim.kernels import emission, integration, point_loops, points
 from warpsim.kernels.collider import BOUNCE, BOX, Collider
 from warpsim.kernels.environment import KILL, RESET
@@ -52,8 +53,6 @@ class LastingSystem(ABC):
         self.pace.dt, self.pace.fps, self.pace.substep_count = 1.0 / (scene.time.fps * count), scene.time.fps, count
         self._fill(spec, place, velocity, mass)
         self.particles = self.population.view()
-        self.internal = wp.zeros((3, self.population.capacity), dtype=float, device=self.device)
-        self.start = wp.zeros((6, 0), dtype=float, device=self.device)
         self.points = PointPacker(self.population, self.particles, spec.look, scene.time.fps)
 
     def _fill(self, spec, place: np.ndarray, velocity: np.ndarray, mass: np.ndarray) -> None:
@@ -73,6 +72,16 @@ class LastingSystem(ABC):
         counters[[emission.LIVE, emission.ACTIVE, emission.NEXT_ID]] = self.point_count
         population.counters.assign(counters)
 
+    @cached_property
+    def internal(self) -> wp.array:
+        """What acts within the system on each point, (3, capacity) [m/s²]; made when it is first asked for."""
+        return wp.zeros((3, self.population.capacity), dtype=float, device=self.device)
+
+    @cached_property
+    def start(self) -> wp.array:
+        """Place [m] and velocity [m/s] of each point where a substep began, (6, capacity); made when it is first asked for."""
+        return wp.zeros((6, self.population.capacity), dtype=float, device=self.device)
+
     def _felt(self, spec, environment: Environment) -> tuple:
         """Return what the points feel. None of them is ever removed: where points would be killed the system starts anew as a whole."""
         row, flow, forces, colliders = environment.felt(spec.feels, spec.coupling)
@@ -83,7 +92,6 @@ class LastingSystem(ABC):
         """Let begin() and resolve() do their work from now on; before any stage is made. Once is enough."""
         if not self.resolves:
             self.resolves = True
-            self.start = wp.zeros((6, self.population.capacity), dtype=float, device=self.device)
             self._always = wp.ones(1, dtype=int, device=self.device)
 
     def begin(self) -> Iterator[Stage]:
@@ -145,13 +153,22 @@ class LastingSystem(ABC):
         self.population.field("radius").fill_(spec.radius)
         self.points.change(spec.look)
 
-    def save(self) -> dict[str, np.ndarray]:
-        """Return a copy of the full state."""
-        return self.population.save()
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Return the full state; on the CPU the arrays themselves."""
+        return self.population.arrays()
 
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        """Take back a state made by save()."""
+    def restore(self, state: Mapping[str, KeptArray]) -> None:
+        """Take back what arrays() were when they were kept."""
         self.population.restore(state)
+
+    def remember_start(self) -> None:
+        """Keep the state as it is for reset(), once it is complete."""
+        if self.scene.limits.unstable != "stop":  # else nobody ever asks for it
+            self._origin = kept({self.name: self.arrays()})[self.name]
+
+    def reset(self) -> None:
+        """Put the system back to where it started."""
+        self.restore(self._origin)
 
 
 def thickened(row: Collider, thickness: float) -> Collider:

@@ -2,7 +2,7 @@
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
 
 import numpy as np
@@ -10,6 +10,7 @@ import warp as wp
 
 from warpsim.budget import checked_advice, excess
 from warpsim.environment import Environment
+from warpsim.keeping import KeptArray
 from warpsim.kernels import points, spring_loops, springs
 from warpsim.launch import Stage
 from warpsim.networks import SPRING_NUMBERS, Net, Packed, check_places, edges_of, packed, point_masses, spring_numbers
@@ -55,7 +56,7 @@ class NetworkSystem(LastingSystem):
         self.parts = [part(self) for part in PARTS if part.wanted(spec)]
         if not self.solver.resolves or any(part.constrains for part in self.parts):
             self.resolve_contacts()
-        self._origin = self.save()
+        self.remember_start()
 
     @abstractmethod
     def pull(self, moment: int) -> Iterator[Stage]:
@@ -255,7 +256,7 @@ class NetworkSystem(LastingSystem):
 
     def reset(self) -> None:
         """Put the network back to where it started."""
-        self.restore(self._origin)
+        super().reset()
         for part in self.parts:
             part.reset()
 
@@ -270,16 +271,15 @@ class NetworkSystem(LastingSystem):
             numbers |= member.statistics()
         return numbers
 
-    def save(self) -> dict[str, np.ndarray]:
-        """Return a copy of the full state."""
-        more = {key: np.array(array.numpy()) for member in self._members for key, array in member.state.items()}
-        return super().save() | more
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Return the full state; on the CPU the arrays themselves."""
+        return super().arrays() | {key: array.numpy() for member in self._members for key, array in member.state.items()}
 
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        """Take back a state made by save()."""
+    def restore(self, state: Mapping[str, KeptArray]) -> None:
+        """Take back what arrays() were when they were kept."""
         super().restore(state)
         for member in self._members:
             for key, array in member.state.items():
-                array.assign(state[key])
+                array.assign(state[key].whole())
         if self.torn is not None:
             self.renew()

@@ -8,6 +8,7 @@ import warp as wp
 from warpsim.environment import Environment
 from warpsim.frame import SystemFrame
 from warpsim.integrators import FIRST_ORDER_FORM, SECOND_ORDER_FORM, Ballistic, Integrator
+from warpsim.keeping import KeptArray
 from warpsim.kernels import adaptive, integration, lifecycle_loops, lifetime
 from warpsim.launch import Stage
 from warpsim.population import CONTACT, FIELDS, Field, Population, history_fields
@@ -156,14 +157,14 @@ class Particles:
             numbers |= {"substeps": float(chosen.mean()) if len(chosen) else 0.0, "inexact": self.population.counter("coarse")}
         return numbers
 
-    def save(self) -> dict[str, np.ndarray]:
-        """Return a copy of the full state."""
-        return {**self.population.save(), "progress": self.emission.save()}
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Return the full state; on the CPU the arrays themselves."""
+        return {**self.population.arrays(), "progress": self.emission.plan.progress.numpy()}
 
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        """Take back a state made by save()."""
+    def restore(self, state: Mapping[str, KeptArray]) -> None:
+        """Take back what arrays() were when they were kept."""
         self.population.restore(state)
-        self.emission.restore(state["progress"])
+        self.emission.plan.progress.assign(state["progress"].whole())
 
 
 def removal(population: Population, native: bool) -> Iterator[Stage]:
