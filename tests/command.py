@@ -1,8 +1,13 @@
 """The command line as a user has it: another process, its words and its exit code."""
 
+import atexit
+import json
 import os
+import select
 import subprocess
 import sys
+import tempfile
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -38,4 +43,41 @@ def command(*arguments: object) -> list[str]:
 
 def warpsim(*arguments: object, cwd: Path | None = None, timeout: float = 120.0, **more: str) -> subprocess.CompletedProcess:
     """Run `warpsim ARGUMENTS` to its end; `more` goes into its environment."""
-    return subprocess.run(command(*arguments), cwd=cwd, env=environment(**more), capture_output=True, text=True, timeout=timeout)
+    if not hasattr(os, "fork") or any(name.startswith("PYTHON") for name in more):  # what Python itself reads it reads at its start
+        return subprocess.run(command(*arguments), cwd=cwd, env=environment(**more), capture_output=True, text=True, timeout=timeout)
+    with tempfile.TemporaryDirectory() as folder:
+        out, err = Path(folder, "out"), Path(folder, "err")
+        out.touch(), err.touch()
+        order = {"arguments": [str(each) for each in arguments], "cwd": str(cwd or Path.cwd()), "out": str(out), "err": str(err)}
+        order["environment"] = {**os.environ, **more}
+        code = _forked(order, timeout)
+        return subprocess.CompletedProcess(command(*arguments), code, out.read_text(), err.read_text())
+
+
+def _forked(order: dict[str, object], timeout: float) -> int:
+    """Have an order carried out by tests/forked.py and return the exit code. Raises TimeoutExpired."""
+    server = _server(os.getpid())
+    server.stdin.write(json.dumps(order).encode() + b"\n")
+    if not select.select([server.stdout], [], [], timeout)[0]:
+        _end(server)
+        _server.cache_clear()
+        raise subprocess.TimeoutExpired(order["arguments"], timeout)
+    return int(server.stdout.readline())
+
+
+@cache
+def _server(process: int) -> subprocess.Popen:
+    """Start tests/forked.py, once."""
+    line = [sys.executable, "-m", "tests.forked"]
+    server = subprocess.Popen(line, cwd=ROOT, bufsize=0, env=environment(), stdin=subprocess.PIPE, stdout=subprocess.PIPE, process_group=0)
+    atexit.register(_end, server)
+    return server
+
+
+def _end(server: subprocess.Popen) -> None:
+    """End the server and what it carries out."""
+    try:
+        os.killpg(server.pid, 9)
+    except ProcessLookupError:
+        pass
+    server.wait()

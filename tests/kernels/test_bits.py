@@ -104,20 +104,20 @@ def test_the_crowd_has_every_kind():
     assert {e["lifetime"]["law"] for e in used} == set(VALUE_LAWS)
 
 
-@pytest.mark.parametrize("live", [1, 63, 64, 65, 15_001])
+@pytest.mark.parametrize("live", [1, 63, 64, 65, 1_025])
 @pytest.mark.parametrize("name", CASES)
 def test_parts_and_plain_kernels_share_their_bits(name, live, always_parallel):
     document = crowd(name, live)
     expected = hash_of(document)
     assert hash_of(document, native=False) == expected, "plain kernels"
-    for threads in (2, 3, 5, 16):
+    for threads in (2, 5):
         assert hash_of(document, threads) == expected, threads
 
 
 @pytest.mark.parametrize("native", [True, False])
 def test_many_particles_share_their_bits(native):
     """Above the number from which several cores work, by the program's own choice."""
-    document = crowd("semi_implicit_euler", 40_003)
+    document = crowd("semi_implicit_euler", 20_003)
     assert len({hash_of(document, threads, native) for threads in (1, 1, 2, 3, 5, 16)} | {hash_of(document)}) == 1
 
 

@@ -111,7 +111,7 @@ def test_parts_and_plain_kernels_share_their_bits(size, solver, monkeypatch):
     floor = {"type": "plane", "center": [0, -0.75 * size[1] * 0.05, 0], "friction": 0.5}
     keys = sheet(*size, side=0.05, gravity=(0.4, -9.81, 0.5), substeps=24, thickness=0.01, solver=solver, more={"colliders": [floor]})
     hashes, touched = set(), 0
-    for native, threads in ((True, 1), (True, 2), (True, 3), (False, 1), (False, 2)):
+    for native, threads in ((True, 1), (True, 3), (False, 1), (False, 2)):
         sim = Simulation(network(**keys), device="cpu", threads=threads, native=native)
         for _ in sim.frames(45):
             touched += sim.systems["s"].statistics()["self_contacts"]

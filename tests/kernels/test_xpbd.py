@@ -168,7 +168,7 @@ def test_frames_of_cloth_equal_the_twin(native, turns, device):
 def hashes_of(scene, seconds: float) -> set[str]:
     """State hashes of a scene run natively and plainly, by one and more cores."""
     hashes = set()
-    for native, threads in ((True, 1), (True, 2), (True, 3), (True, 5), (False, 1), (False, 3)):
+    for native, threads in ((True, 1), (True, 2), (True, 5), (False, 1), (False, 3)):
         sim = Simulation(scene, device="cpu", threads=threads, native=native)
         sim.run(seconds)
         assert np.isfinite(state(sim)[0]).all()
