@@ -15,7 +15,7 @@ from tornado.websocket import websocket_connect
 from tests.command import command, environment
 from tests.viewer.watcher import read_frame
 
-PATIENCE = 30.0  # s; guards against a hang
+PATIENCE = 120.0  # s; guards against a hang, on a machine that compiles besides
 
 SLIDING = """\
 name: Sliding

@@ -36,9 +36,11 @@ def test_a_run_and_its_replay_are_recorded(folder):
 
 
 def test_an_interrupted_run_leaves_a_whole_recording(folder):
+    async def script(person):
+        await person.until(lambda p: p.status.get("index", 0) > 60)
+
     with Process("run", "sliding.yaml", "--port", "0", "--record", "a.html", cwd=folder) as run:
-        run.hears("look at")
-        time.sleep(2.0)
+        by_hand(run.url, script)
         run.process.send_signal(signal.SIGINT)
         assert run.end() == 130
     times = frames_in(folder / "a.html")
