@@ -15,7 +15,7 @@ from benchmarks.measure import Sample, Stepped, Timing, Way, take_turns
 from benchmarks.report import Report
 from warpsim import Scene, Simulation
 from warpsim.frame import Frame
-from warpsim.launch import PARALLEL_FROM, available_cores
+from warpsim.launch import available_cores
 
 TURN = 5e-3  # [s]: of the fastest, so that starting a frame is a small part of it, as in a run
 MOST_FRAMES = 200  # in a turn
@@ -205,8 +205,7 @@ class Bout:
         for way in self.ours:
             if not way.native:
                 self._tell_ratio(way, self.most, contest.plain or None)
-        shared = sum(system.load for system in self.ours[self.most].systems.values()) >= PARALLEL_FROM
-        if contest.cores is not None and self.most != self.alone and shared:
+        if contest.cores is not None and self.most != self.alone and self.ours[self.most].cores > 1:
             self._tell_ratio(self.alone, self.most, contest.cores)
         if contest.steps_per_second is not None:
             rate = Sample([1.0 / value for value in mine.seconds.values])

@@ -189,3 +189,22 @@ def follow_rounds(part: int, part_count: int, board_inout: wp.array[int], orders
 def resolve_barrier(part_count: int, calls: wp.uint64, barrier_inout: wp.array[int]):
     """Wait for the other cores: a node of a captured graph."""
     wait_for_all(part_count, calls, barrier_inout)
+
+
+NOTE = """
+    wp::int64 span[2] = {};
+    NOW(OWN_TIME, span)
+    times.data[row * 2 + column] = 1000000000LL * span[0] + span[1];
+"""
+
+
+@wp.func_native(spelled(NOTE))
+def store_time(row: int, column: int, calls: wp.uint64, times: wp.array2d[wp.int64]):
+    """Store the time that the present thread has had a core [ns]."""
+    ...
+
+
+@wp.kernel(enable_backward=False)
+def note_time(first: int, row: int, column: int, calls: wp.uint64, times_inout: wp.array2d[wp.int64]):
+    """Note how long the present thread has had a core [ns]: a node of a captured graph."""
+    store_time(row, column, calls, times_inout)

@@ -2,7 +2,7 @@
 
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
@@ -13,10 +13,15 @@ from warpsim.compiling import load_modules
 from warpsim.cores import Crowding, available_cores
 from warpsim.crew import MOST_CORES, STANDS_ASIDE, calls, can_share, crew, replay, worth_keeping_lock
 from warpsim.kernels import crew as meeting
+from warpsim.sharing import WORTH, Measured, Plan, best_plan, joint, single
 
 __all__ = ["MOST_CORES", "PARALLEL_FROM", "FrameGraph", "Stage", "available_cores"]
-PARALLEL_FROM = 15_000  # particles; with fewer the barriers cost more than a second core brings; 0: all cores, always
+PARALLEL_FROM = 25e-6  # s of one core's work; what takes less is not worth a thought; 0: all cores share everything, always
 UNKNOWN = 1.0  # s that a frame is taken to last before one was timed
+THOUGHTS = 8  # frames between thoughts about who does what
+UNSEEN = 50  # times the square of the number of cores: frames after which one core is timed again, with all it costs half a percent
+MOST_PLANS = 6  # kept as graphs
+TURNS = 30  # of a body that is repeated until something holds, as a rule
 
 
 @dataclass(frozen=True)
@@ -26,7 +31,8 @@ class Stage:
     With `launch` instead of a kernel it is a serial call that only enqueues device work. With `body` instead it is stages that are
     repeated while the first number of `condition` is not 0, `most` times at most; a stage of the body that is not its first sets it.
     `own`: its loop writes points of the core's own share (share() in kernels/loops.py) and reads none of another's that the stages beside
-    it write, so that between two such stages nobody waits.
+    it write, so that between two such stages nobody waits. `of`: the company of systems that it is about; stages of different companies
+    touch nothing in common but what stages without one, which come before all others, have written.
     """
 
     name: str
@@ -39,11 +45,13 @@ class Stage:
     condition: wp.array | None = None
     most: int = 0
     own: bool = False
+    of: str = ""
 
 
 class FrameGraph:
-    """A captured frame. CUDA: one graph. CPU: one graph per core with native barriers between the stages, and one for a single core.
+    """A captured frame. CUDA: one graph. CPU: one graph per core, with native barriers between the stages that cores share.
 
+    How long each company of systems takes one core is measured; from that, again and again, a plan is made of who does what (sharing.py).
     A frame once begun is finished, whatever KeyboardInterrupt does: it is replayed by native code, which sees none. `native=False` runs the
     plain kernels on the CPU. The bits are the same either way, for any number of cores, and whatever else the machine is busy with.
     """
@@ -55,23 +63,68 @@ class FrameGraph:
         self.stages = list(stages)
         self.crowding = Crowding()
         self.cores = 1  # that the last frame was shared among
-        self._last = {1: UNKNOWN, self.core_count: UNKNOWN}  # s that the last frame on so many cores took
         self._barrier = wp.zeros(meeting.BARRIER, dtype=int, device="cpu")
         self._singles: dict[int, FrameGraph] = {}
         kernels = [*map(self._kernel, chain.from_iterable((stage, *stage.body) for stage in self.stages))]
         kernels += [meeting.resolve_barrier] if self.core_count > 1 else []
         load_modules(filter(None, kernels), self.device, available_cores())
-        self._graphs = {cores: [self._capture(core, cores) for core in range(cores)] for cores in {1, self.core_count}}
+        self._companies = list(dict.fromkeys(stage.of for stage in self.stages if stage.of))
+        self._notes = wp.zeros((len(self._companies), 2), dtype=wp.int64, device="cpu")  # ns of its thread: when each began, and ended
+        self._meetings = {name: self._meetings_of(self._stages_of(name)) for name in self._companies}
+        self._measured = Measured(self._companies)
+        self._since = self._unseen = 0  # frames since the last thought about who does what, and since one core was timed
+        self._used: Plan | None = None
+        self._loads: Mapping[str, int] = {}
+        self._alone, self._joint = single(self._companies), joint(self._companies, self.core_count)
+        self._plan = self._alone
+        self._last: dict[Plan, float] = {}  # s that the last frame by each plan took
+        self._graphs: dict[Plan, list[wp.Graph]] = {}
+        self._graphs_of(self._alone)
         self._apart = self._places_apart()
 
-    def _capture(self, core: int, core_count: int):
+    def _graphs_of(self, plan: Plan) -> list[wp.Graph]:
+        """Return one graph for each core; they are captured when they are first needed."""
+        if plan not in self._graphs:
+            for old in [old for old in self._graphs if old != self._alone][: max(0, len(self._graphs) - MOST_PLANS)]:
+                del self._graphs[old]
+            self._graphs[plan] = [self._capture(core, plan) for core in range(plan.core_count)]
+        return self._graphs[plan]
+
+    def _capture(self, core: int, plan: Plan) -> wp.Graph:
+        """Capture what one core does: what comes first, the companies that are its own, and its part of those that all share."""
+        n = plan.core_count
         with wp.ScopedCapture(self.device) as capture:  # on the CPU this records and does not run
-            self._launch_all(self.stages, core, core_count)
+            self._launch_all(self._stages_of(""), core, n)
+            for name in plan.own[core]:
+                self._note(name, 0)
+                self._launch_all(self._stages_of(name), 0, 1)
+                self._note(name, 1)
+            for name in plan.shared:
+                self._launch_all(self._stages_of(name), core, n)
         return capture.graph
+
+    def _stages_of(self, company: str) -> list[Stage]:
+        return [stage for stage in self.stages if stage.of == company]
+
+    def _note(self, name: str, place: int) -> None:
+        """Launch a look at the thread's clock, where there is something to plan."""
+        if self.core_count > 1:
+            inputs = [0, self._companies.index(name), place, calls(), self._notes]
+            wp.launch(meeting.note_time, 1, inputs, device=self.device)
+
+    def _meetings_of(self, stages: Sequence[Stage]) -> int:
+        """Return how often cores meet that share such stages."""
+        count = 0
+        for stage, following in zip(stages, [*stages[1:], None], strict=False):
+            if stage.body:
+                count += TURNS * self._meetings_of(stage.body)
+            else:
+                count += not (self._keeps_to_itself(stage) and self._keeps_to_itself(following))
+        return count
 
     def _launch_all(self, stages: Sequence[Stage], core: int, core_count: int) -> None:
         """Launch one core's part of stages, one after the other; all cores meet after each, but between two that keep to their own."""
-        for stage, following in zip(stages, [*stages[1:], None], strict=True):
+        for stage, following in zip(stages, [*stages[1:], None], strict=False):
             if stage.body:
                 self._repeat(stage, partial(self._launch_all, stage.body, core, core_count))
                 continue
@@ -107,33 +160,67 @@ class FrameGraph:
             if end > first:
                 wp.launch(stage.kernel, end - first, [first, *stage.inputs], device=self.device)
 
-    def run(self, load: int) -> None:
-        """Advance one frame; `load`, its work in particles that move alone, decides between one core and all. Raises BrokenFrame."""
+    def run(self, loads: Mapping[str, int]) -> None:
+        """Advance one frame; `loads`: how many elements each company has, with which its work grows. Raises BrokenFrame."""
         if self.device.is_cuda:
-            wp.capture_launch(self._graphs[1][0])
+            wp.capture_launch(self._graphs[self._alone][0])
             return
-        many = self.core_count > 1 and load >= PARALLEL_FROM
-        always = PARALLEL_FROM <= 0
-        core_count = self.core_count if many and (always or not self.crowding.one) else 1
-        began = time.perf_counter()
-        share = self._carry_out(core_count)
-        if many and not always and self.cores == core_count:
-            self.crowding.told(time.perf_counter() - began, share)
+        plan, always = self._plan_for(loads), PARALLEL_FROM <= 0
+        if plan.core_count == 1 or always:
+            self._carry_out(plan)
+        else:
+            chosen = self._alone if self.crowding.one else plan
+            began = time.perf_counter()
+            share = self._carry_out(chosen)
+            if self.cores == chosen.core_count:
+                self.crowding.told(time.perf_counter() - began, share)
 
-    def _carry_out(self, core_count: int) -> float:
+    def _plan_for(self, loads: Mapping[str, int]) -> Plan:
+        """Return who does what, by what is known: thought over from time to time, and now and then one core does all, to be timed."""
+        if self.core_count == 1 or not self._companies:
+            return self._alone
+        if PARALLEL_FROM <= 0:
+            return self._joint
+        self._since += 1
+        self._unseen = self._unseen + 1 if self._plan.shared else 0
+        thinks = self._since >= THOUGHTS or not self._measured.known and not self._plan.shared
+        if thinks and self._used is not None:
+            self._since = 0
+            self._think(loads)
+        self._loads = loads
+        looks = self._unseen >= UNSEEN * self.core_count**2 or thinks and not self._measured.known
+        self._unseen = 0 if looks else self._unseen
+        return self._alone if looks else self._plan
+
+    def _think(self, loads: Mapping[str, int]) -> None:
+        """Take to heart how long the companies took that were one core's in the last frame, and change the plan if that is worth it."""
+        times = self._notes.numpy()
+        for names in self._used.own:
+            for name in names:
+                began, ended = times[self._companies.index(name)]
+                self._measured.told(name, (ended - began) * 1e-9, max(loads.get(name, 0), self._loads.get(name, 0)))
+        work = self._measured.work(loads)
+        if work is None:
+            return
+        best = best_plan(work, self._meetings, self.core_count) if sum(work.values()) >= PARALLEL_FROM else self._alone
+        if best.cost(work, self._meetings) < WORTH * self._plan.cost(work, self._meetings):
+            self._plan = best
+
+    def _carry_out(self, plan: Plan) -> float:
         """Carry a frame out and return for which share of the time its threads had cores, as far as that is known."""
-        last, graphs = self._last[core_count], self._graphs[core_count]
+        last = self._last.get(plan, UNKNOWN)
         aside = last > STANDS_ASIDE
-        alone = core_count == 1 and not aside or not crew().taken_by(self)  # another thread's frame may have the crew
-        self.cores = 1 if alone else core_count
+        alone = plan.core_count == 1 and not aside or not crew().taken_by(self)  # another thread's frame may have the crew
+        self._used = plan = self._alone if alone else plan
+        self.cores = plan.core_count
         if alone:
             began = time.thread_time()  # waiting for the interpreter lock is left out
-            replay(self._graphs[1][0], worth_keeping_lock(last))
-            self._last[1] = time.thread_time() - began
+            replay(self._graphs_of(plan)[0], worth_keeping_lock(last))
+            self._last[plan] = time.thread_time() - began
             return 1.0
-        crew().order(graphs, self._barrier, self._apart if core_count > 1 else None, aside)
+        crew().order(self._graphs_of(plan), self._barrier, self._apart if plan.core_count > 1 else None, aside)
         crew().carry_out(worth_keeping_lock(last))
-        self._last[core_count] = crew().taken
+        self._last[plan] = crew().taken
         return crew().share
 
     def _places_apart(self) -> tuple[frozenset[int], ...] | None:
@@ -150,17 +237,17 @@ class FrameGraph:
             crew().finish()
         wp.synchronize_device(self.device)
 
-    def time_stages(self, load: int) -> dict[str, float]:
+    def time_stages(self, loads: Mapping[str, int]) -> dict[str, float]:
         """Advance one frame stage by stage and return the time each took [s]; for benchmarks, slower than run()."""
         times: dict[str, float] = {}
         for stage in self.stages:
             begin = time.perf_counter()
-            self._alone(stage).run(load)
+            self._single(stage).run(loads)
             wp.synchronize_device(self.device)
             times[stage.name] = times.get(stage.name, 0.0) + time.perf_counter() - begin
         return times
 
-    def _alone(self, stage: Stage) -> "FrameGraph":
+    def _single(self, stage: Stage) -> "FrameGraph":
         """Return a graph of one stage, made once."""
         place = next(k for k, other in enumerate(self.stages) if other is stage)
         if place not in self._singles:

@@ -22,12 +22,16 @@ ABSENCE = 5.0  # s without a page after which a piped run that was paused goes o
 
 
 class Story(Protocol):
-    """What can be played: `scene`, number and time [s] of the present frame, and the changes that belong to it."""
+    """What can be played: `scene`, number and time [s] of the present frame, the changes that belong to it.
+
+    `crowded_frames`: how many frames had one core because other programs used the machine.
+    """
 
     scene: object
     index: int
     time: float
     changes: list
+    crowded_frames: int
 
     def step_frame(self) -> None:
         """Go one frame on."""

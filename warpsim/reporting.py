@@ -7,12 +7,17 @@ from dataclasses import dataclass
 from typing import Protocol
 
 REPORT_PERIOD = 0.25  # s between reports
+CROWDED_FROM = 50  # frames; fewer are trials, or a moment
+CROWDED = "one core carries frames out while that is faster than all of them"
 REPORT_SHARE = 0.02  # most of the time that reports may take: each one waits for the device and adds up energies
 
 
 @dataclass(frozen=True)
 class Report:
-    """How far a run is. `frame_time` is computing time per frame [s], lately (at the end: of the whole run)."""
+    """How far a run is. `frame_time` is computing time per frame [s], lately (at the end: of the whole run).
+
+    crowded_frames: so many had one core, though they were worth all, because other programs used the machine.
+    """
 
     index: int
     frame_count: int
@@ -20,6 +25,7 @@ class Report:
     frame_time: float
     speed: float  # simulated time over computing time
     statistics: dict[str, dict[str, float]]
+    crowded_frames: int = 0
 
 
 class Audience(Protocol):
@@ -84,6 +90,7 @@ class Reporter:
         self._pushed: set[str] = set()
         self._unconverged: set[str] = set()
         self._overlong: set[str] = set()
+        self._crowded = False
 
     def report_if_due(self) -> None:
         """Tell how far the run is, a few times a second, with the speed since the last report."""
@@ -119,9 +126,12 @@ class Reporter:
         for name in [name for name, numbers in statistics.items() if numbers.get("overlong") and name not in self._overlong]:
             self._overlong.add(name)
             self._audience.note(f"{name} at frame {story.index}: {overlong(int(statistics[name]['overlong']))}")
+        if story.crowded_frames >= CROWDED_FROM and not self._crowded:
+            self._crowded = True
+            self._audience.note(f"frame {story.index}: other programs use the machine; {CROWDED}")
         frame_time = busy / max(1, made)
         speed = 1.0 / (story.scene.time.fps * max(frame_time, 1e-9))
-        return Report(story.index, self._frame_count, story.time, frame_time, speed, statistics)
+        return Report(story.index, self._frame_count, story.time, frame_time, speed, statistics, story.crowded_frames)
 
     def _note_overflow(self, note: Callable[[str], None], name: str) -> None:
         note(f"{name} is full at frame {self._story.index}: births are refused (raise systems.{name}.capacity)")

@@ -24,6 +24,7 @@ class RecordedStory:
         self.scene = recording.scene.model_copy(update={"controls": ()})
         self.index = 0
         self.changes: list = []
+        self.crowded_frames = 0
 
     @property
     def time(self) -> float:

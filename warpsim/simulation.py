@@ -4,6 +4,7 @@ import json
 import math
 import weakref
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import warp as wp
@@ -18,7 +19,7 @@ from warpsim.memory import check_memory, free_memory
 from warpsim.poses import Poses
 from warpsim.probes import FlowProbe
 from warpsim.scene import Scene
-from warpsim.scene.events import in_order
+from warpsim.scene.events import companies, in_order
 from warpsim.stability import Advice
 from warpsim.systems.cloth import Cloth
 from warpsim.systems.flock import Flock
@@ -86,6 +87,7 @@ class Simulation:
         self._flocks = {name: system for name, system in made.items() if isinstance(system, Flock)}
         for system in self._flocks.values():
             system.meet(self._flocks)
+        self._companies = companies(scene.systems)
         self._graph = FrameGraph(list(self._stages(native)), self.device, self.threads, native)
         self._frame: weakref.ref[Frame] | None = None
         self.index -= 1  # the opening step makes the first frame: whoever is born at that very moment is in it
@@ -139,10 +141,20 @@ class Simulation:
     def _stages(self, native: bool) -> Iterator[Stage]:
         """Yield the frame, readable like the lecture's animation cycle."""
         yield Stage("clock", advance_clock, 1, (self._fps, self._clock, self.environment.start_time))
-        for system in self._flocks.values():
-            yield from system.appear(native)  # to other flocks, before any of them moves
+        for name, system in self._flocks.items():
+            yield from self._of(name, system.appear(native))  # to other flocks, before any of them moves
         for system in self._order:
-            yield from system.stages(native)  # emit, update, remove the expired
+            yield from self._of(system.name, system.stages(native))  # emit, update, remove the expired
+
+    def _of(self, name: str, stages: Iterator[Stage]) -> Iterator[Stage]:
+        return (replace(stage, of=self._companies[name]) for stage in stages)
+
+    def _loads(self) -> dict[str, int]:
+        """Return how many elements each company of systems has."""
+        loads = dict.fromkeys(self._companies.values(), 0)
+        for name, system in self.systems.items():
+            loads[self._companies[name]] += system.load
+        return loads
 
     @property
     def time(self) -> float:
@@ -153,6 +165,11 @@ class Simulation:
     def cores(self) -> int:
         """Number of cores that the last step used; on a GPU 1, for the one that waits."""
         return self._graph.cores
+
+    @property
+    def crowded_frames(self) -> int:
+        """Number of steps that had one core, though they were worth all, because other programs used the machine."""
+        return self._graph.crowding.frames_alone
 
     @property
     def frame_count(self) -> int:
@@ -177,7 +194,7 @@ class Simulation:
             self._take(changed_scene(self.scene, change.path, change.value))
         on_cpu = self.device == "cpu"
         try:
-            self._graph.run(sum(system.load for system in self.systems.values()) if on_cpu else 0)
+            self._graph.run(self._loads() if on_cpu else {})
         except KeyboardInterrupt:
             self.settle()
             raise
@@ -266,7 +283,7 @@ class Simulation:
     def time_stages(self) -> dict[str, float]:
         """Advance one frame stage by stage and return what each took [s]; for benchmarks."""
         self._keep_frame()
-        times = self._graph.time_stages(sum(system.load for system in self.systems.values()))
+        times = self._graph.time_stages(self._loads())
         self.index += 1
         return times
 

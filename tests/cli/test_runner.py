@@ -18,7 +18,7 @@ class Counting:
 
     def __init__(self, fps=100.0, cost=0.0):
         self.scene = SimpleNamespace(name="counting", time=SimpleNamespace(fps=fps, substeps=2), sliders=[])
-        self.index, self.cost, self.changes = 0, cost, []
+        self.index, self.cost, self.changes, self.crowded_frames = 0, cost, [], 0
 
     @property
     def time(self):
@@ -203,3 +203,17 @@ def test_a_refused_number_is_told_once():
     assert Playback(story, 100, viewer, Interruption(), viewer).play() == "done"
     assert [note for note in viewer.notes if "seed" in note] == ["seed is refused: seed cannot change while the scene runs"]
     assert any("seed is refused" in status.note for status in viewer.told)
+
+
+def test_a_crowded_machine_is_told_once():
+    class Crowded(Counting):
+        def step_frame(self):
+            super().step_frame()
+            self.crowded_frames += 1
+
+    notes, story = [], Crowded(cost=0.005)
+    ears = SimpleNamespace(note=notes.append, report=lambda report: None, end=lambda report=None: None)
+    outcome = Playback(story, 150, ears, Interruption())
+    outcome.play()
+    assert outcome.final_report().crowded_frames == 150
+    assert len([note for note in notes if "other programs use the machine" in note]) == 1

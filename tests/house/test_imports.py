@@ -28,7 +28,8 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "budget": "scene networks stability",
     "cores": "",
     "crew": "kernels",
-    "launch": "kernels crew cores compiling",
+    "sharing": "",
+    "launch": "kernels crew cores sharing compiling",
     "footprint": "scene grids",
     "keeping": "footprint",
     "population": "kernels keeping",
@@ -60,7 +61,7 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "runner": f"scene simulation changes observers kernel_cache compiling interruption {PLAYING}",
     "screening": f"environment probes replay runner interruption {PLAYING}",
     "verify": "scene simulation environment directions probes convergence meshes crossings",
-    "cli": "scene simulation observers files kernel_cache interruption runner screening replay reporting memory footprint verify "
+    "cli": "scene cores simulation observers files kernel_cache interruption runner screening replay reporting memory footprint verify "
     "convergence plotting streamlines",
     "__main__": "cli",
     "__init__": "scene simulation frame",

@@ -6,15 +6,14 @@ import threading
 from types import SimpleNamespace
 
 import pytest
-import warp as wp
 
-from benchmarks.cases import flag
-from benchmarks.cloth import sheet
 from tests.simulation.networks import network, tangle
 from tests.simulation.scenes import scene
 from warpsim import Simulation, launch
-from warpsim.crew import BrokenFrame
-from warpsim.kernels import crew as meeting
+from warpsim.crew import BrokenFrame, crew
+from warpsim.scene import Scene
+from warpsim.scene.events import companies
+from warpsim.sharing import Plan
 
 
 @pytest.fixture
@@ -69,7 +68,7 @@ def test_frames_run_in_a_forked_child(parallel):
 
 def test_a_failing_core_does_not_hang_the_others(parallel):
     sim = Simulation(scene(), device="cpu", threads=2)
-    sim._graph._graphs[2][1] = SimpleNamespace(apic_state=0)  # what Warp refuses to replay
+    sim._graph._graphs[sim._graph._joint][1] = SimpleNamespace(apic_state=0)  # what Warp refuses to replay
     with pytest.raises(BrokenFrame):
         sim.step_frame()
 
@@ -83,17 +82,23 @@ def test_stages_timed_one_by_one_advance_the_same_frame():
     assert sim.state_hash() == other.state_hash()
 
 
-def test_small_populations_use_one_core():
+def test_work_that_is_not_worth_a_thought_is_one_cores(monkeypatch):
+    monkeypatch.setattr(launch, "PARALLEL_FROM", 10.0)
     sim = Simulation(scene(), device="cpu", threads=2)
-    sim.run(0.1)
+    sim.run(0.3)
     assert sim.cores == 1
 
 
-def test_networks_use_as_many_cores_as_their_substeps_are_worth():
-    """A sheet's frame of 0.12 ms is too little for two cores that meet twice a substep, a flag's of 0.25 ms is not."""
-    nets = {"tangle": network(**tangle()), "sheet": sheet(32), "flag": flag().scene}
-    loads = {name: next(iter(Simulation(scene, device="cpu", threads=1).systems.values())).load for name, scene in nets.items()}
-    assert loads["tangle"] == 0 < loads["sheet"] < launch.PARALLEL_FROM < loads["flag"]
+def test_a_frame_whose_crew_is_at_another_frame_is_one_cores(parallel):
+    """As when two threads of a program have a simulation each; the bits do not tell."""
+    one, other = (Simulation(scene(), device="cpu", threads=2) for _ in range(2))
+    assert crew().taken_by(one._graph)
+    other.step_frame()
+    assert other.cores == 1
+    crew().finish()
+    other.step_frame()
+    assert other.cores == 2
+    assert other.state_hash() == hash_after(2, 1)
 
 
 @pytest.mark.skipif(not hasattr(os, "sched_getaffinity"), reason="this system does not say where threads may run")
@@ -104,22 +109,57 @@ def test_cores_that_wait_for_each_other_are_different_ones(monkeypatch):
     monkeypatch.setattr(launch, "PARALLEL_FROM", 0)
     for _ in range(3):
         sim.step_frame()
-    crew = [thread for thread in threading.enumerate() if thread.name == "warpsim-core-1"]
-    assert {sorted(cores)[-1]} in [os.sched_getaffinity(thread.native_id) for thread in crew] or len(cores) != 2
+    hired = [thread for thread in threading.enumerate() if thread.name == "warpsim-core-1"]
+    assert {sorted(cores)[-1]} in [os.sched_getaffinity(thread.native_id) for thread in hired] or len(cores) != 2
     assert os.sched_getaffinity(0) == cores, "the caller's own thread is where it was"
 
 
-def meetings_of(substeps: int, solver: str, monkeypatch) -> int:
+def meetings_of(substeps: int, solver: str) -> int:
     """How often each of two cores waits for the other in a frame."""
-    waits, start = [], wp.launch
-    with monkeypatch.context() as patch:
-        patch.setattr(wp, "launch", lambda kernel, *rest, **keys: (waits.append(kernel), start(kernel, *rest, **keys)))
-        keys = tangle(100, 200) | {"solver": solver, "pins": [1, 2], "substeps": substeps}
-        Simulation(network(**keys), device="cpu", threads=2)
-    return waits.count(meeting.resolve_barrier) // 2
+    keys = tangle(100, 200) | {"solver": solver, "pins": [1, 2], "substeps": substeps}
+    return sum(Simulation(network(**keys), device="cpu", threads=2)._graph._meetings.values())
 
 
 @pytest.mark.parametrize("solver", ["semi_implicit_euler", "verlet", "drift_kick"])
-def test_cores_meet_twice_a_substep(solver, monkeypatch):
+def test_cores_meet_twice_a_substep(solver):
     """After the springs and after the pins: kicks, advance and pins keep to the points of their core."""
-    assert meetings_of(9, solver, monkeypatch) - meetings_of(4, solver, monkeypatch) == 2 * 5
+    assert meetings_of(9, solver) - meetings_of(4, solver) == 2 * 5
+
+
+def several(count: int) -> Scene:
+    """So many small systems that know nothing of each other, two that do, and a larger one."""
+    born = {"burst": {"count": 60}, "rate": 300.0, "shape": {"type": "sphere", "radius": 1.0}, "lifetime": 0.2}
+    systems = {f"small{k}": {"type": "particles", "capacity": 300, "emitters": [born]} for k in range(count)}
+    children = {"on": {"event": "death", "of": "small0"}, "burst": {"count": 2}, "lifetime": 0.1}
+    systems["children"] = {"type": "particles", "capacity": 600, "emitters": [children]}
+    systems["large"] = {"type": "particles", "capacity": 9000, "emitters": [{**born, "burst": {"count": 8000}, "lifetime": 9.0}]}
+    return Scene.model_validate({"name": "several", "systems": systems, "flow": [{"type": "vortex", "circulation": 1.0}]})
+
+
+def test_systems_that_hear_of_each_other_are_one_company():
+    company = companies(several(3).systems)
+    assert company["children"] == company["small0"]
+    assert len(set(company.values())) == 4
+
+
+@pytest.mark.parametrize("threads", [2, 3])
+def test_systems_divided_among_cores_have_the_bits_of_one(threads, monkeypatch):
+    """Every way to divide them up that a plan may choose, and changes between them."""
+    simulated = several(4)
+    one, other = (Simulation(simulated, device="cpu", threads=count) for count in (1, threads))
+    graph, names = other._graph, other._graph._companies
+    own = [tuple(names[core::threads]) for core in range(threads)]
+    plans = [
+        Plan((), tuple(own)),
+        Plan(("large",), tuple(tuple(n for n in mine if n != "large") for mine in own)),
+        graph._joint,
+        graph._alone,
+    ]
+    for k in range(24):
+        with monkeypatch.context() as patch:
+            patch.setattr(graph, "_plan_for", lambda loads, k=k: plans[k % 4])
+            patch.setattr(graph.crowding, "told", lambda *told: None)
+            other.step_frame()
+        assert other.cores == plans[k % 4].core_count
+        one.step_frame()
+        assert one.state_hash() == other.state_hash(), k

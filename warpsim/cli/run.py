@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from warpsim.cli.threads import Threads, thread_count
 from warpsim.cli.validate import JSON
 
 DEVICE = re.compile(r"auto|cpu|cuda(:\d+)?")
@@ -48,7 +49,7 @@ def run(
     record: Film = None,
     snapshot: Snapshot = None,
     size: Size = "1280x720",
-    threads: Annotated[int | None, typer.Option(min=1, max=1024, metavar="N", help="CPU threads; default: all cores.")] = None,
+    threads: Threads = None,
     watch: Annotated[bool, typer.Option("--watch", help="Start again whenever the scene file changes.")] = False,
     json: JSON = False,
 ) -> int:
@@ -70,6 +71,7 @@ def run(
     from warpsim.runner import Picture, Settings, Showing
 
     audience = audience_on(sys.stderr if json else sys.stdout, open_browser)
+    cores = thread_count(threads, audience.note)
     source = SceneFile(found(scene), tuple(overrides or ()), seed, audience.note)
     showing = Showing(
         viewer=shown,
@@ -81,7 +83,7 @@ def run(
         picture=Picture(snapshot, pixels) if snapshot else None,
         changed=source.edited if watch else _never,
     )
-    settings = Settings(device, threads, showing, out, scene_text, overwrite, _changes_in(changes))
+    settings = Settings(device, cores, showing, out, scene_text, overwrite, _changes_in(changes))
     return run_session(source, settings, audience, watch, json)
 
 

@@ -10,10 +10,11 @@ from warpsim.cli.scenes import WATCH_PERIOD, SceneFile
 from warpsim.interruption import Interruption
 from warpsim.observers.recorder import CHANGES, OccupiedFolder
 from warpsim.observers.snapshot import NoPicture
-from warpsim.reporting import inexactly, unconverged
+from warpsim.reporting import CROWDED_FROM, inexactly, unconverged
 from warpsim.runner import MisfitChange, NoSuchDevice, Outcome, Settings, Showing, run_scene
 from warpsim.scene import SceneError
 
+CROWDED_SHARE = 0.1  # of the frames that had one core: worth a word
 EXITS = {"done": Exit.OK, "interrupted": Exit.INTERRUPTED, "unstable": Exit.UNSTABLE}
 
 
@@ -95,6 +96,8 @@ def _tell(outcome: Outcome, settings: Settings, audience: PlainLines) -> None:
             audience.note(f"{words} {inexactly(name)}")
         if numbers.get("cg_unconverged"):
             audience.note(f"{name}: conjugate gradients of {numbers['cg_unconverged']} substeps {unconverged(name)}")
+    if report and report.crowded_frames > max(CROWDED_FROM, CROWDED_SHARE * report.index):
+        audience.note(f"{report.crowded_frames} of {report.index} frames had one core, because other programs used the machine")
     if report and settings.record:
         audience.note(f"recorded frames 0 to {report.index} in {settings.record}")
         changes = settings.record / CHANGES
@@ -116,6 +119,7 @@ def _result(scene, settings: Settings, outcome: Outcome) -> dict[str, object]:
         "time": report.time,
         "seconds_per_frame": report.frame_time,
         "times_real_time": report.speed,
+        "crowded_frames": report.crowded_frames,
         "systems": report.statistics,
     }
     return {

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from warpsim.cli.run import DEVICE
+from warpsim.cli.threads import Threads, thread_count
 from warpsim.cli.validate import JSON
 
 
@@ -15,7 +16,7 @@ def verify(
     device: Annotated[str, typer.Option(metavar="auto|cpu|cuda:N", help="Where to compute.")] = "auto",
     seed: Annotated[int | None, typer.Option(metavar="N", help="Seed, instead of the scene's.")] = None,
     overrides: Annotated[list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a value. Repeatable.")] = None,
-    threads: Annotated[int | None, typer.Option(min=1, max=1024, metavar="N", help="CPU threads; default: all cores.")] = None,
+    threads: Threads = None,
     json: JSON = False,
 ) -> int:
     """Measure what scenes state about themselves (verify:), and say PASS or FAIL."""
@@ -28,10 +29,10 @@ def verify(
     from warpsim.cli.progress import PlainLines
     from warpsim.interruption import Interruption
 
-    results = []
+    results, cores = [], thread_count(threads, PlainLines(sys.stderr).note)
     with Interruption():
         for text, path in zip(scenes, paths, strict=True):
-            results.append(_examined(text, path, overrides or [], seed, device, threads, PlainLines(sys.stderr)))
+            results.append(_examined(text, path, overrides or [], seed, device, cores, PlainLines(sys.stderr)))
             if not json:
                 _show(results[-1])
     if json:

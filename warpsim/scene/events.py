@@ -88,6 +88,17 @@ def in_order(systems: Mapping[str, Any]) -> list[str]:
     return order + [name for name in systems if name not in order]
 
 
+def companies(systems: Mapping[str, Any]) -> dict[str, str]:
+    """Return for each system the name of its company: those that hear of, or see, one another, directly or through others."""
+    company = {name: name for name in systems}
+    heard = hearings(systems)
+    for name, system in systems.items():
+        for other in {on.of for _, on in heard.get(name, ())} | set(getattr(system, "attends", ())):
+            merged = company[name], company[other]
+            company = {each: merged[0] if its in merged else its for each, its in company.items()}
+    return company
+
+
 def event_mistakes(scene: Any) -> list[Mistake]:
     """Return a mistake for each event of a scene that cannot be heard, or that never happens."""
     found, systems = [], scene.systems

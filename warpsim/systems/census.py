@@ -29,7 +29,7 @@ class Census:
         if not flock.point_count:
             return {"order": 0.0, "polarization": 0.0, "milling": 0.0, "nearest": 0.0, "clusters": 0}
         x, v = (flock.population.host(name).T.astype(float) for name in ("position", "velocity"))
-        self._graph.run(flock.load)
+        self._graph.run({})
         nearest = self._nearest.numpy()[: flock.point_count].astype(float)
         near = nearest[nearest < ALONE]
         domain = flock.spec.domain

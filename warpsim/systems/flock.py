@@ -23,7 +23,6 @@ from warpsim.systems.steering import Steering
 
 NEIGHBORS = {"neighbors": Field(1, wp.int32, "1", "how many others it saw in the last substep")}
 SWIMMING = {"swimming": Field(3, wp.float32, "m/s", "velocity through the flow that carries it")}
-LOAD_OF_NEIGHBORS = 4  # five times the work with 24 of them, and more barriers
 
 
 class Flock(LastingSystem):
@@ -127,11 +126,6 @@ class Flock(LastingSystem):
         if "swimming" in self.population.fields:
             return self.population.field("swimming")
         return wp.empty((3, 0), dtype=float, device=self.device)
-
-    @property
-    def load(self) -> int:
-        """How many particles that move alone are about as much work."""
-        return LOAD_OF_NEIGHBORS * self.point_count
 
     def change(self, spec, scene: Scene, environment: Environment) -> None:
         """Take the numbers of another spec of the same structure, in place; the environment has changed already."""

@@ -126,8 +126,8 @@ class LastingSystem(ABC):
 
     @property
     def load(self) -> int:
-        """How many particles that move alone are about as much work: it decides between one core and all."""
-        return self.point_count  # more work each, but in as many pieces as there are substeps
+        """How many elements there are, with which the work of a frame grows."""
+        return self.point_count
 
     @property
     def topology(self) -> dict[str, np.ndarray] | None:

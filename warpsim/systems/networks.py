@@ -21,10 +21,6 @@ from warpsim.systems.lasting import LastingSystem, spread
 from warpsim.systems.parts import PARTS
 from warpsim.systems.solvers import SOLVERS
 
-# Of one substep, in particles that move alone, 9.4 ns a frame (docs/adr/0003-native-loops.md): a point's motion 1.9 ns, a spring 0.4 ns in
-# a sheet to 1 ns in lists, and 2 us for each meeting of cores that a second core must make up for.
-POINT_WORK, SPRING_WORK, MEETING = 0.2, 0.07, 212
-
 
 class NetworkSystem(LastingSystem):
     """A population of fixed size, which a solver moves; subclasses say how its springs are summed, parts what acts on it besides.
@@ -202,12 +198,6 @@ class NetworkSystem(LastingSystem):
         if self._pins.place.size:
             inputs = (moment, self._pins, self.particles.position, self.particles.velocity)
             yield Stage("pins", springs.place_pins, self._pins.point.shape[0], inputs)
-
-    @property
-    def load(self) -> int:
-        """How many particles that move alone are about as much work; meetings of cores, which take time without doing any, off it."""
-        work = POINT_WORK * len(self.net.points) + SPRING_WORK * len(self.net.springs) - MEETING * self.solver.meetings
-        return max(0, round(self.pace.substep_count * self.solver.evaluations * work))
 
     @property
     def topology(self) -> dict[str, np.ndarray]:

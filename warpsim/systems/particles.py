@@ -20,8 +20,6 @@ from warpsim.systems.events import TINT, Events, fields_of
 from warpsim.systems.pairs import PairForces
 from warpsim.systems.points import PointPacker
 
-LOAD_OF_NEIGHBORS = 4  # five times the work with 24 of them, and more barriers
-
 BIRTH_STATE = {
     "birth_position": Field(3, wp.float32, "m", "where it was born"),
     "birth_velocity": Field(3, wp.float32, "m/s", "how fast it moved at birth"),
@@ -117,8 +115,8 @@ class Particles:
 
     @property
     def load(self) -> int:
-        """How many particles that move alone are about as much work: it decides between one core and all."""
-        return self.population.counter("live") * (LOAD_OF_NEIGHBORS if self.pairs else 1)
+        """How many elements there are, with which the work of a frame grows."""
+        return self.population.counter("live")
 
     def frame(self, index: int) -> SystemFrame:
         """Return what observers see of the present frame."""

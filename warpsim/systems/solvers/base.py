@@ -20,12 +20,6 @@ class NetworkSolver(ABC):
     has_stages = False
     """Whether it asks for forces, and for pins that move, between the beginning and the end of a substep."""
 
-    evaluations = 1
-    """How often per substep it asks for forces, or does about as much work."""
-
-    meetings = 2
-    """How often the cores meet for it."""
-
     @classmethod
     def fields(cls, spec) -> dict[str, Field]:
         """Return the rows that the population keeps for it besides its own."""

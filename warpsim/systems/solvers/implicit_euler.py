@@ -31,9 +31,6 @@ NUMBERS = {  # of a search, one of each
 class ImplicitEuler(NetworkSolver):
     """Backward Euler of the springs, linear in the substep; gravity, drag, wind and parts act before, by the particles' own formulas."""
 
-    evaluations = 30  # iterations, as a rule
-    meetings = 24  # six, each counted four times: it may find a core at other work, and there are thousands in a frame
-
     def __init__(self, system):
         super().__init__(system)
         device, capacity = system.population.device, system.population.capacity

@@ -34,7 +34,6 @@ class Staged(NetworkSolver):
     def __init__(self, system):
         super().__init__(system)
         self._order, self._corrects = staged.METHODS.get(system.spec.solver, (0, False))
-        self.evaluations = 4 if not self._order else 2 if self._corrects else 1
         capacity, device, work = system.population.capacity, system.device, staged.Staging()
         work.count, work.opening, work.h = system.point_count, system.opening, system.pace.dt
         work.clock, work.environment, work.free, work.drive = system.clock, system.surroundings.row, system.inverse_mass, system.internal
