@@ -134,6 +134,10 @@ def rows(quick: bool) -> list[Contest]:
     """What is small enough to run many times faster than the clock on the wall."""
     small, cloth = sparks(2_000), flag()
     return [
-        Contest("sparks", small.what, small.scene, 2_000, "spark", warmup=30 if quick else small.warmup_frames, times_real=200.0),
-        Contest("flag", cloth.what, cloth.scene, 61 * 41, "vertex", warmup=30 if quick else cloth.warmup_frames, times_real=50.0),
+        Contest(
+            "sparks", small.what, small.scene, 2_000, "spark", warmup=30 if quick else small.warmup_frames, cores=None, times_real=200.0
+        ),
+        Contest(
+            "flag", cloth.what, cloth.scene, 61 * 41, "vertex", warmup=30 if quick else cloth.warmup_frames, cores=None, times_real=50.0
+        ),
     ]

@@ -12,7 +12,7 @@ from statistics import median
 from typing import Protocol
 
 from benchmarks.measure import Sample, Stepped, Timing, Way, take_turns
-from benchmarks.report import Report
+from benchmarks.report import OTHERS, Report
 from warpsim import Scene, Simulation
 from warpsim.frame import Frame
 from warpsim.launch import available_cores
@@ -205,14 +205,14 @@ class Bout:
         for way in self.ours:
             if not way.native:
                 self._tell_ratio(way, self.most, contest.plain or None)
-        if contest.cores is not None and self.most != self.alone and self.ours[self.most].cores > 1:
+        if contest.cores is not None and self.most != self.alone:
             self._tell_ratio(self.alone, self.most, contest.cores)
         if contest.steps_per_second is not None:
             rate = Sample([1.0 / value for value in mine.seconds.values])
-            self.report.claim(contest.name, "steps/s", rate, contest.steps_per_second, mine.disturbed)
+            self.report.claim(contest.name, "steps/s", rate, contest.steps_per_second, self.disturbance(self.most))
         if contest.times_real is not None:
             real = Sample([1.0 / (contest.scene.time.fps * value) for value in mine.seconds.values])
-            self.report.claim(contest.name, "times real time", real, contest.times_real, mine.disturbed)
+            self.report.claim(contest.name, "times real time", real, contest.times_real, self.disturbance(self.most))
 
     def _tell_peers(self, claim: Claim) -> None:
         """Tell how much longer each peer takes than we do on all cores, the fastest first, and core for core."""
@@ -231,9 +231,13 @@ class Bout:
                     self._tell_ratio(way, self.alone, None)
 
     def _tell_ratio(self, slow: Way, fast: Way, reach: float | None) -> None:
-        slower, faster = self.times[slow], self.times[fast]
-        ratio = slower.seconds.over(faster.seconds)
-        self.report.times_as_long(self.contest.name, slow, fast, ratio, reach, slower.disturbed or faster.disturbed)
+        ratio = self.times[slow].seconds.over(self.times[fast].seconds)
+        disturbed = self.disturbance(slow) or self.disturbance(fast)
+        self.report.times_as_long(self.contest.name, slow, fast, ratio, reach, disturbed)
+
+    def disturbance(self, way: Way) -> str:
+        """Return what stood in the way of a way, if anything."""
+        return OTHERS if self.times[way].disturbed else ""
 
     def tell_phases(self, frames: int) -> None:
         """Tell how long each stage of a frame takes on one core, run one by one."""

@@ -11,7 +11,7 @@ from typing import Protocol
 from warpsim import Scene, Simulation
 
 MOST_SPREAD = 0.20  # interquartile range over median; what scatters more is not called a result
-MOST_WAITED = 0.10  # of a turn, by a thread that could have run; with more, other work on the machine was measured too
+MOST_WAITED = 0.10  # of a turn, by threads that could have run; with more, other work on the machine was measured too
 PATIENCE = 10.0  # s that turns with more are taken again, all of a measurement together
 
 
@@ -120,17 +120,21 @@ def take_turns(runs: dict, rounds: int, wait: Callable[[], None], frames: int = 
 
 
 def take_turn(run: Stepped, wait: Callable[[], None], frames: int, lead: int = 0) -> tuple[float, float, float]:
-    """Return how long a frame takes [s], the mean of some, how many cores the process got meanwhile, and the share of it that it waited."""
+    """Return how long a frame takes [s], the mean of some, how many cores the process got meanwhile, and the share of it that it waited.
+
+    A simulation that saw others on its cores, and kept to one, has waited for the others, too.
+    """
     for _ in range(lead):
         run.step_frame()
     wait()
-    waited = time_waited()
+    waited, crowded = time_waited(), getattr(run, "crowded_frames", 0)
     begin, worked = time.perf_counter(), time.process_time()
     for _ in range(frames):
         run.step_frame()
     wait()
     taken, worked = time.perf_counter() - begin, time.process_time() - worked
-    return taken / frames, worked / taken, (time_waited() - waited) / taken
+    waited, crowded = (time_waited() - waited) / taken, (getattr(run, "crowded_frames", 0) - crowded) / frames
+    return taken / frames, worked / taken, max(waited, crowded)
 
 
 def moves_per_frame(run: Simulation) -> float:

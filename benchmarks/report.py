@@ -11,6 +11,7 @@ from rich.markup import escape
 from benchmarks.measure import MOST_SPREAD, Sample, Timing, Way, machine_load
 
 REACHED, MISSED, NO_RESULT, NOT_MEASURED = "reached", "missed", "no result", "not measured"
+OTHERS = "other programs took the cores"
 
 
 def number(value: float) -> str:
@@ -18,10 +19,10 @@ def number(value: float) -> str:
     return f"{value:.3g}" if 1e-3 <= abs(value) < 1000 or value == 0 else f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.1e}"
 
 
-def verdict_of(sample: Sample, reach: float | None, below: bool, disturbed: bool, name: str) -> tuple[str, str]:
-    """Return reached, missed, no result or nothing, and why or how to get one."""
+def verdict_of(sample: Sample, reach: float | None, below: bool, disturbed: str, name: str) -> tuple[str, str]:
+    """Return reached, missed, no result or nothing, and why or how to get one; `disturbed`: by what, if by anything."""
     if disturbed:
-        return NO_RESULT, f"other programs took the cores; --only {name} when they rest"
+        return NO_RESULT, f"{disturbed}; --only {name} when nothing else runs"
     if not sample.settled:
         return NO_RESULT, f"spread {sample.spread:.0%} > {MOST_SPREAD:.0%}; --only {name} when nothing else runs"
     if reach is None:
@@ -74,13 +75,11 @@ class Report:
         text += f", {timing.cores.median:.2f} cores, waited {timing.waited.median:.0%}"
         self._keep(name, "time", text, **row, items=items, item=item)
 
-    def times_as_long(self, name: str, slow: Way, fast: Way, sample: Sample, reach: float | None, disturbed: bool) -> None:
+    def times_as_long(self, name: str, slow: Way, fast: Way, sample: Sample, reach: float | None, disturbed: str = "") -> None:
         """Hold against what is to reach how many times as long one way takes as another."""
         self.claim(name, f"{slow.label} / {fast.label}", sample, reach, disturbed, slow=slow.label, fast=fast.label)
 
-    def claim(
-        self, name: str, label: str, sample: Sample, reach: float | None, disturbed: bool = False, below: bool = False, **more
-    ) -> None:
+    def claim(self, name: str, label: str, sample: Sample, reach: float | None, disturbed: str = "", below: bool = False, **more) -> None:
         """Hold a measured number against what is to reach; `below`: it is to stay below. What scatters is not called a result."""
         verdict, why = verdict_of(sample, reach, below, disturbed, name)
         value, (low, high) = sample.median, sample.quartiles
@@ -125,7 +124,7 @@ class Report:
 
     def ratio(self, case: str, label: str, sample: Sample, bar: float | None = None, starved: bool = False) -> None:
         """As `claim`, for modules that are not contests yet."""
-        self.claim(case, label, sample, bar, starved)
+        self.claim(case, label, sample, bar, OTHERS if starved else "")
 
     def _keep(self, name: str, kind: str, text: str, **row) -> None:
         self.rows.append({"row": name, "kind": kind, **row})

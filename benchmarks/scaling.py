@@ -5,17 +5,16 @@ from dataclasses import dataclass, replace
 
 from rich.console import Console
 
+from benchmarks import cloth, flocks
 from benchmarks.bandwidth import COPIED, COPIED_QUICKLY, Copy
 from benchmarks.cases import million
-from benchmarks.cloth import sheet
 from benchmarks.contest import Bout, Contest, Effort, own_ways
-from benchmarks.flocks import flock
 from benchmarks.measure import Sample, take_turns
-from benchmarks.report import Report
+from benchmarks.report import OTHERS, Report
 from warpsim import Simulation
 from warpsim.launch import available_cores
 
-MOST_WITH_PEERS = 1_000_000  # theirs take seconds a frame beyond
+MOST_COMPARED = 5  # frames of each point
 FEW_ROUNDS = Effort(seconds=2.0, most_rounds=11, least_rounds=4)  # a point of a curve
 GROWTH = 1.5  # at most, of the cost of one
 ON_THE_BOUND = 0.7  # of the copy bandwidth: memory is the limit then, not the program
@@ -29,6 +28,8 @@ class Curve:
     work: str
     make: Callable[[int], Contest]
     counts: tuple[int, ...]
+    peers: tuple[str, ...] = ()
+    most_with_peers: int = 1_000_000  # theirs take seconds a frame beyond
     grows: tuple[int, int] | None = None
 
     def measure(self, report: Report, effort: Effort) -> None:
@@ -41,9 +42,10 @@ class Curve:
 
     def _point(self, count: int, report: Report, effort: Effort) -> None:
         contest = self.make(count)
-        first = contest.claims[0].labels if contest.claims else ()
-        usual = [entrant for entrant in contest.entrants if entrant.label in first and entrant.threads == available_cores()]
-        contest = replace(contest, entrants=usual if count <= MOST_WITH_PEERS else (), plain=None)
+        threads = {label: max((e.threads for e in contest.entrants if e.label == label), default=0) for label in self.peers}
+        usual = [entrant for entrant in contest.entrants if entrant.threads == threads.get(entrant.label)]
+        usual = usual if count <= self.most_with_peers else []
+        contest = replace(contest, entrants=usual, plain=None, items=None, compared=min(contest.compared, MOST_COMPARED))
         bout = Bout(contest, Report(Console(quiet=True)))
         bout.step(contest.compared)
         if not bout.agrees():
@@ -51,7 +53,7 @@ class Curve:
             return
         bout.take_turns(effort)
         for way, timing in bout.times.items():
-            settled = timing.seconds.settled and not timing.disturbed
+            settled = timing.seconds.settled and not bout.disturbance(way)
             report.point(self.name, way.label, bout.items, timing.seconds, settled)
 
     def _growth(self, few: int, many: int, report: Report, effort: Effort) -> None:
@@ -66,7 +68,7 @@ class Curve:
         times = take_turns(runs | {"copy": copy}, rounds, lambda: None, patience=effort.patience)
         live = {count: sum(system.population.counter("live") for system in run.systems.values()) for count, run in runs.items()}
         each = {count: Sample([seconds / live[count] for seconds in times[count].seconds.values]) for count in runs}
-        disturbed = any(timing.disturbed for timing in times.values())
+        disturbed = OTHERS if any(timing.disturbed for timing in times.values()) else ""
         share = Sample(
             [
                 bytes_of(runs[many]) / copy.bytes * c / s
@@ -101,21 +103,31 @@ def particles(count: int) -> Contest:
 
 def boids(count: int) -> Contest:
     """Boids at constant density."""
-    return Contest("boids", "", flock(count, 24.0, 1.0, 240.0), item="boid")
+    return flocks.boids("boids", count, peers=1.0)
 
 
 def vertices(count: int) -> Contest:
     """The sheet of Warp's sample, as many vertices as make a square."""
-    return Contest("cloth", "", sheet(round(count**0.5)), item="vertex")
+    return replace(cloth.contest("cloth", round(count**0.5), to_reach=False), item="vertex")
 
 
 def rows(quick: bool) -> list[Curve]:
     """Three curves."""
     decades = (1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000, 3_000_000, 10_000_000)
     counts, ends = ((500, 2_000), (500, 2_000)) if quick else (decades, (100_000, 10_000_000))
-    sides = (16, 32) if quick else (32, 64, 128, 256, 512)
+    sides = (12, 16) if quick else (32, 64, 128, 256, 512)
+    usual = ("Numba prange", "Taichi")
     return [
-        Curve("scaling-particles", "the particles of particles-1m, from a thousand to ten million", particles, counts, ends),
-        Curve("scaling-flocks", "the boids of flocks-100k, from a thousand to ten million at constant density", boids, counts, ends),
-        Curve("scaling-cloth", "the sheet of cloth-128, from 32 x 32 to 512 x 512", vertices, tuple(side * side for side in sides)),
+        Curve("scaling-particles", "the particles of particles-1m, from a thousand to ten million", particles, counts, usual, grows=ends),
+        Curve(
+            "scaling-flocks", "the boids of flocks-100k, from a thousand to ten million, equally dense", boids, counts, usual, grows=ends
+        ),
+        Curve(
+            "scaling-cloth",
+            "the sheet of cloth-128, from 32 x 32 to 512 x 512",
+            vertices,
+            tuple(side * side for side in sides),
+            ("Warp's sample", "Taichi's sample"),
+            256 * 256,
+        ),
     ]

@@ -82,12 +82,12 @@ def test_rows_of_a_gpu_run_on_what_there_is():
 def test_a_figure_is_reached_missed_or_no_result():
     """Bars hold to the last digit; what scatters, or was taken on borrowed cores, is judged neither way."""
     steady, noisy = Sample([4.0, 4.0, 4.0]), Sample([3.0, 5.0, 9.0])
-    assert verdict_of(steady, 4.0, False, False, "row")[0] == "reached" == verdict_of(steady, 4.0, True, False, "row")[0]
-    assert verdict_of(steady, 4.1, False, False, "row")[0] == "missed" == verdict_of(steady, 3.9, True, False, "row")[0]
-    for sample, disturbed in ((noisy, False), (steady, True)):
+    assert verdict_of(steady, 4.0, False, "", "row")[0] == "reached" == verdict_of(steady, 4.0, True, "", "row")[0]
+    assert verdict_of(steady, 4.1, False, "", "row")[0] == "missed" == verdict_of(steady, 3.9, True, "", "row")[0]
+    for sample, disturbed in ((noisy, ""), (steady, "others")):
         verdict, why = verdict_of(sample, 1.0, False, disturbed, "row")
         assert verdict == "no result" and "--only row" in why
-    assert verdict_of(steady, None, False, False, "row") == ("", "")
+    assert verdict_of(steady, None, False, "", "row") == ("", "")
 
 
 class Late:
