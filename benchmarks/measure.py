@@ -1,5 +1,6 @@
 """Timing that can be believed: ways of running take turns, a ratio is made pair by pair, and its spread stands beside it."""
 
+import math
 import os
 import time
 from collections.abc import Callable
@@ -53,7 +54,7 @@ class Sample:
     def spread(self) -> float:
         """Interquartile range over median."""
         low, high = self.quartiles
-        return (high - low) / self.median if high > low else 0.0
+        return (high - low) / self.median if self.median else math.inf if high > low else 0.0
 
     @property
     def settled(self) -> bool:
