@@ -13,6 +13,7 @@ from warpsim import Scene, Simulation
 
 MOST_SPREAD = 0.20  # interquartile range over median; what scatters more is not called a result
 MOST_WAITED = 0.10  # of a turn, by threads that could have run; with more, other work on the machine was measured too
+REST = 5e-3  # s before a turn: the threads of the one before spin on for a while, waiting for more to do
 PATIENCE = 10.0  # s that turns with more are taken again, all of a measurement together
 
 
@@ -78,10 +79,6 @@ class Timing:
         """Whether other work on the machine took cores away, which a small spread does not show."""
         return self.waited.median > MOST_WAITED
 
-    def starved(self, threads: int) -> bool:
-        """`disturbed`, for modules that are not contests yet."""
-        return self.disturbed
-
 
 def time_waited() -> float:
     """Return how long the threads of this process have waited for a core so far, all together [s]; 0 where the system does not tell."""
@@ -125,6 +122,7 @@ def take_turn(run: Stepped, wait: Callable[[], None], frames: int, lead: int = 0
 
     A simulation that saw others on its cores, and kept to one, has waited for the others, too.
     """
+    time.sleep(REST)
     for _ in range(lead):
         run.step_frame()
     wait()

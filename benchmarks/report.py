@@ -122,10 +122,6 @@ class Report:
         """As `note`, for modules that are not contests yet."""
         self._keep(case, "fact", f"  {label}: {text}", fact=label, **row)
 
-    def ratio(self, case: str, label: str, sample: Sample, bar: float | None = None, starved: bool = False) -> None:
-        """As `claim`, for modules that are not contests yet."""
-        self.claim(case, label, sample, bar, OTHERS if starved else "")
-
     def _keep(self, name: str, kind: str, text: str, **row) -> None:
         self.rows.append({"row": name, "kind": kind, **row})
         if self.path:

@@ -117,7 +117,7 @@ def test_the_fastest_peer_is_the_one_to_beat():
     slow = Entrant("Slow", 1, lambda run: Waits(2e-3))
     away = Entrant("Absent", 1, lambda run: Waits(0.0), needs="no_such_package")
     claims = [Claim(("Slow", "Lazy"), 0.5), Claim(("Absent",), 4.0)]
-    Contest("odd", "", sparks(50).scene, entrants=[slow, lazy, away], claims=claims, phases=False).measure(report, QUICK)
+    Contest("odd", "", sparks(50).scene, entrants=[slow, lazy, away], claims=claims, cores=None, phases=False).measure(report, QUICK)
     told = {row["claim"].split(",")[0]: row for row in report.rows if row["kind"] == "claim" and row["reach"] is not None}
     assert set(told) == {"Lazy", "Absent"} and told["Lazy"]["reach"] == 0.5
     assert told["Absent"]["verdict"] == "not measured" and "no_such_package" in told["Absent"]["why"]
