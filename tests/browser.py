@@ -141,7 +141,7 @@ class Page:
             raise BrowserError(details.get("exception", {}).get("description", details["text"]))
         return answer["result"].get("value")
 
-    def wait_for(self, condition: str, timeout: float = 30.0) -> None:
+    def wait_for(self, condition: str, timeout: float = 120.0) -> None:
         """Wait until a JavaScript condition holds; raise BrowserError after `timeout` [s]."""
         end = time.monotonic() + timeout
         while time.monotonic() < end:

@@ -227,8 +227,8 @@ def test_a_viewer_opened_wider_asks_for_its_token(tmp_path):
         address = next(word for text in process.stdout for word in text.split() if word.startswith("http"))
         port, token = urlsplit(address).port, urlsplit(address).query
         with pytest.raises(urllib.error.HTTPError, match="403"):
-            urllib.request.urlopen(f"http://127.0.0.1:{port}/", timeout=10)
-        assert urllib.request.urlopen(f"http://127.0.0.1:{port}/?{token}", timeout=10).status == 200
+            urllib.request.urlopen(f"http://127.0.0.1:{port}/", timeout=60)
+        assert urllib.request.urlopen(f"http://127.0.0.1:{port}/?{token}", timeout=60).status == 200
     finally:
         process.terminate()
-        process.communicate(timeout=20)
+        process.communicate(timeout=60)

@@ -28,7 +28,7 @@ class Terminal:
         os.close(side)
         self.text = ""
 
-    def read_until(self, pattern: str, timeout: float = 60.0) -> str:
+    def read_until(self, pattern: str, timeout: float = 120.0) -> str:
         """Return all that was said up to a pattern; fails if it is not said in time."""
         end = time.monotonic() + timeout
         while not re.search(pattern, self.text):
@@ -36,7 +36,7 @@ class Terminal:
             self._read()
         return self.text
 
-    def end(self, timeout: float = 10.0) -> int:
+    def end(self, timeout: float = 60.0) -> int:
         """Wait for the end and return the exit code."""
         deadline = time.monotonic() + timeout
         while self.process.poll() is None:
@@ -79,7 +79,7 @@ def terminal(tmp_path):
 
 def test_bar_then_last_line(terminal):
     here = terminal("run", "long.yaml", "--viewer", "none", "--frames", "30000")
-    assert here.end(timeout=60) == 0
+    assert here.end(timeout=120) == 0
     assert "━" in here.text and "\x1b[?25h" in here.text, "a bar was drawn and the cursor is back"
     assert "frame 30000/30000" in here.text.rstrip().splitlines()[-1]
 
@@ -165,7 +165,7 @@ def test_sigterm_is_ctrl_c(tmp_path):
         assert process.poll() is None
         time.sleep(0.02)
     process.terminate()
-    _, errors = process.communicate(timeout=10)
+    _, errors = process.communicate(timeout=60)
     assert process.returncode == 130 and "r/lastgood.npz" in errors
     lines = (tmp_path / "r" / "frames.jsonl").read_text().splitlines()
     with np.load(tmp_path / "r" / "lastgood.npz") as arrays:

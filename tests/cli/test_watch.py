@@ -72,7 +72,7 @@ def test_edits(watched, tmp_path, viewer):
     run.hears("starting again")
     run.hears("/2160000")
     run.process.send_signal(signal.SIGINT)
-    assert run.process.wait(timeout=10) == 130
+    assert run.process.wait(timeout=60) == 130
 
 
 def test_an_edit_that_cannot_be_built_waits_for_the_next(watched, tmp_path):
@@ -104,4 +104,4 @@ def test_at_the_end_it_waits_for_an_edit(watched, tmp_path):
     run.hears("starting again")
     run.hears("done; Ctrl-C ends")
     run.process.send_signal(signal.SIGTERM)
-    assert run.process.wait(timeout=10) == 0
+    assert run.process.wait(timeout=60) == 0

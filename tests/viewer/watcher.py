@@ -12,7 +12,7 @@ import numpy as np
 import umsgpack
 import websocket
 
-PATIENCE = 30.0  # guards against a hang; nothing waits that long
+PATIENCE = 120.0  # s; guards against a hang; nothing waits that long
 _DTYPES = {0x12: np.uint8, 0x14: np.uint16, 0x16: np.uint32, 0x17: np.float32}
 
 
