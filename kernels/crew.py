@@ -23,8 +23,14 @@ PREAMBLE = """
     #define CALL ((const word*)calls)
     typedef bool (*replaying)(word);
     typedef void (*yielding)();  // int(*)() would meet Warp's macro int(x)
-    typedef wp::int32 (*reading)(wp::int32, wp::int64*);
     typedef wp::int32 (*placing)(wp::int32, word, void*);
+    #if defined(_WIN32)  // timespec_get: the clock on the wall for both
+    typedef wp::int32 (*reading)(wp::int64*, wp::int32);
+    #define NOW(kind, span) if (CALL[@CLOCK@]) ((reading)CALL[@CLOCK@])(span, 1);
+    #else
+    typedef wp::int32 (*reading)(wp::int32, wp::int64*);
+    #define NOW(kind, span) if (CALL[@CLOCK@]) ((reading)CALL[@CLOCK@])(kind, span);
+    #endif
     #if defined(_WIN32)
     typedef wp::int32 (*sleeping)(wp::int32*, wp::int32*, word, wp::uint32);
     typedef void (*waking)(wp::int32*);
@@ -61,7 +67,6 @@ PREAMBLE = """
     #define OWN_TIME 3
     #define ALL_TIME 1
     #endif
-    #define NOW(kind, span) if (CALL[@CLOCK@]) ((reading)CALL[@CLOCK@])(kind, span);
     #define CARRY_OUT(order) { wp::int64 worked[4] = {}, taken[4] = {}; NOW(ALL_TIME, taken) NOW(OWN_TIME, worked) \\
         if (!((replaying)CALL[@REPLAY@])(order[@STATE@])) { \\
             order[@FAILED@] = 1; __atomic_store_n((wp::int32*)order[@MEETING@] + @ABANDONED@, 1, __ATOMIC_RELEASE); } \\

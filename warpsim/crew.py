@@ -28,7 +28,13 @@ def function_addresses() -> wp.array:
     """Return the addresses of what native code calls, in the order of kernels/crew.py; 0 for what this system does not have."""
     if sys.platform == "win32":
         system, waiting = ctypes.WinDLL("kernel32"), ctypes.WinDLL("api-ms-win-core-synch-l1-2-0")
-        places = [(system, "SwitchToThread"), (waiting, "WaitOnAddress"), (waiting, "WakeByAddressAll"), *[(system, "")] * 3]
+        places = [
+            (system, "SwitchToThread"),
+            (waiting, "WaitOnAddress"),
+            (waiting, "WakeByAddressAll"),
+            (ctypes.CDLL("ucrtbase"), "_timespec64_get"),
+        ]
+        places += [(system, "")] * 2
     else:
         sleep = ("syscall", "syscall") if sys.platform == "linux" else ("usleep", "")
         names = ("sched_yield", *sleep, "clock_gettime", "sched_getaffinity", "sched_setaffinity")
@@ -149,9 +155,9 @@ class Crew:
 
     @property
     def share(self) -> float:
-        """Of the time that the parts of the last frame took, the share in which they had a core; 1 where the system does not tell."""
-        taken = int(self._rows[self._parts, native.TAKEN].sum())
-        return int(self._rows[self._parts, native.WORKED].sum()) / taken if taken else 1.0
+        """Of the time that the last frame took, the share in which the thread that had least had a core; 1 where nobody tells."""
+        worked, taken = (self._rows[self._parts, word].astype(float) for word in (native.WORKED, native.TAKEN))
+        return float((worked / np.maximum(taken, 1.0)).min()) if taken.all() else 1.0
 
     def _hire(self, count: int) -> None:
         """Have at least so many threads, all of them within their native loop."""

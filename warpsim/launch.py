@@ -1,5 +1,6 @@
 """Graphs: a frame is a list of stages, captured once and replayed, by one core or by all of them (crew.py), or on a stream of a GPU."""
 
+import math
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -17,7 +18,7 @@ from warpsim.sharing import WORTH, Measured, Plan, best_plan, joint, single
 
 __all__ = ["MOST_CORES", "PARALLEL_FROM", "FrameGraph", "Stage", "available_cores"]
 PARALLEL_FROM = 25e-6  # s of one core's work; what takes less is not worth a thought; 0: all cores share everything, always
-UNKNOWN = 1.0  # s that a frame is taken to last before one was timed
+UNKNOWN, UNKNOWN_EACH = 1e-2, 1e-7  # s that a frame is taken to last, and each element in it, before one was timed
 THOUGHTS = 8  # frames between thoughts about who does what
 UNSEEN = 50  # times the square of the number of cores: frames after which one core is timed again, with all it costs half a percent
 MOST_PLANS = 6  # kept as graphs
@@ -73,6 +74,7 @@ class FrameGraph:
         self._meetings = {name: self._meetings_of(self._stages_of(name)) for name in self._companies}
         self._measured = Measured(self._companies)
         self._since = self._unseen = 0  # frames since the last thought about who does what, and since one core was timed
+        self._work = math.inf  # s of one core, as far as is known
         self._used: Plan | None = None
         self._loads: Mapping[str, int] = {}
         self._alone, self._joint = single(self._companies), joint(self._companies, self.core_count)
@@ -173,10 +175,11 @@ class FrameGraph:
             began = time.perf_counter()
             share = self._carry_out(chosen)
             if self.cores == chosen.core_count:
-                self.crowding.told(time.perf_counter() - began, share)
+                self.crowding.told(time.perf_counter() - began, share, self._work)
 
     def _plan_for(self, loads: Mapping[str, int]) -> Plan:
         """Return who does what, by what is known: thought over from time to time, and now and then one core does all, to be timed."""
+        before, self._loads = self._loads, loads
         if self.core_count == 1 or not self._companies:
             return self._alone
         if PARALLEL_FROM <= 0:
@@ -186,29 +189,30 @@ class FrameGraph:
         thinks = self._since >= THOUGHTS or not self._measured.known and not self._plan.shared
         if thinks and self._used is not None:
             self._since = 0
-            self._think(loads)
-        self._loads = loads
+            self._think(before)
         looks = self._unseen >= UNSEEN * self.core_count**2 or thinks and not self._measured.known
         self._unseen = 0 if looks else self._unseen
         return self._alone if looks else self._plan
 
-    def _think(self, loads: Mapping[str, int]) -> None:
+    def _think(self, before: Mapping[str, int]) -> None:
         """Take to heart how long the companies took that were one core's in the last frame, and change the plan if that is worth it."""
+        loads = self._loads  # as that frame left them: what was born in it counts
         times = self._notes.numpy()
         for names in self._used.own:
             for name in names:
                 began, ended = times[self._companies.index(name)]
-                self._measured.told(name, (ended - began) * 1e-9, max(loads.get(name, 0), self._loads.get(name, 0)))
+                self._measured.told(name, (ended - began) * 1e-9, max(loads.get(name, 0), before.get(name, 0)))
         work = self._measured.work(loads)
         if work is None:
             return
-        best = best_plan(work, self._meetings, self.core_count) if sum(work.values()) >= PARALLEL_FROM else self._alone
+        self._work = sum(work.values())
+        best = best_plan(work, self._meetings, self.core_count) if self._work >= PARALLEL_FROM else self._alone
         if best.cost(work, self._meetings) < WORTH * self._plan.cost(work, self._meetings):
             self._plan = best
 
     def _carry_out(self, plan: Plan) -> float:
         """Carry a frame out and return for which share of the time its threads had cores, as far as that is known."""
-        last = self._last.get(plan, UNKNOWN)
+        last = self._last.get(plan, UNKNOWN + UNKNOWN_EACH * sum(self._loads.values()))
         aside = last > STANDS_ASIDE
         alone = plan.core_count == 1 and not aside or not crew().taken_by(self)  # another thread's frame may have the crew
         self._used = plan = self._alone if alone else plan

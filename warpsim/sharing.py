@@ -44,17 +44,24 @@ def joint(companies: Sequence[str], core_count: int) -> Plan:
 
 
 def best_plan(work: Mapping[str, float], meetings: Mapping[str, int], core_count: int) -> Plan:
-    """Return the faster of two plans: one core; or all of them, which share what is worth meeting for and divide up the rest."""
-    shared = tuple(name for name in work if work[name] * (1.0 - 1.0 / core_count) > 2.0 * meetings[name] * MEETING)
-    own: list[list[str]] = [[] for _ in range(core_count)]
+    """Return the fastest of these plans: one core; or all, which share the longest companies, none to all, and divide up the rest."""
+    longest = sorted(work, key=lambda name: (-work[name], name))
+    worth = [name for name in longest if work[name] * (1.0 - 1.0 / core_count) > 2.0 * meetings[name] * MEETING]
+    plans = [divided(work, worth[:count], core_count) for count in range(len(worth) + 1)]
+    best, alone = min(plans, key=lambda plan: plan.cost(work, meetings)), single(list(work))
+    return best if best.cost(work, meetings) < WORTH * alone.cost(work, meetings) else alone
+
+
+def divided(work: Mapping[str, float], shared: Sequence[str], core_count: int) -> Plan:
+    """Return the plan that shares some companies and gives each other one, the longest first, to the core that has least."""
+    own: list[set[str]] = [set() for _ in range(core_count)]
     spent = [0.0] * core_count
-    for name in sorted(set(work) - set(shared), key=lambda name: (-work[name], name)):  # the longest first, to whoever has least
+    for name in sorted(set(work) - set(shared), key=lambda name: (-work[name], name)):
         least = spent.index(min(spent))
-        own[least].append(name)
+        own[least].add(name)
         spent[least] += work[name]
-    both = Plan(shared, tuple(tuple(name for name in work if name in names) for names in own))
-    alone = single(list(work))
-    return both if both.cost(work, meetings) < WORTH * alone.cost(work, meetings) else alone
+    in_order = [tuple(name for name in work if name in names) for names in (set(shared), *own)]
+    return Plan(in_order[0], tuple(in_order[1:]))
 
 
 class Measured:

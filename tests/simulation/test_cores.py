@@ -89,3 +89,23 @@ def test_all_cores_are_kept_where_they_are_faster_though_others_use_them():
         clock[0] += taken
         crowding.told(taken, 1.0 if crowding.one else 0.7)
     assert not crowding.alone and 0 < crowding.frames_alone < 0.05 * crowding.frames
+
+
+def test_a_frame_that_takes_ever_so_long_is_not_tried_often():
+    clock = [0.0]
+    crowding = Crowding(lambda: clock[0])
+    spent = 0.0
+    for _ in range(20_000):
+        taken = 2e-3 if crowding.one else 0.12
+        spent += 0.0 if crowding.one else taken
+        clock[0] += taken
+        crowding.told(taken, 1.0 if crowding.one else 0.3)
+    assert crowding.alone and spent < 0.06 * clock[0]
+
+
+def test_cores_that_do_not_pay_are_left_whatever_they_had():
+    """Where the system tells no thread's time, or its host takes it away, the clock on the wall does: 3 ms for what one core does in 2."""
+    crowding = Crowding(lambda: 0.0)
+    for _ in range(100):
+        crowding.told(2e-3 if crowding.one else 3e-3, 1.0, 2e-3)
+    assert crowding.alone

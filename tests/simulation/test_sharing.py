@@ -27,6 +27,13 @@ def test_many_small_companies_are_divided_up_beside_a_large_one_that_is_shared()
     assert plan.cost(work, dict.fromkeys(work, 40)) == pytest.approx(1e-3 + 150e-6 + 40 * MEETING + HANDING_OUT)
 
 
+def test_alike_companies_are_divided_up_rather_than_shared_if_that_leaves_nobody_idle():
+    """Meetings cost; of five on two cores the odd one is shared."""
+    assert best_plan(dict.fromkeys("ab", 2e-4), dict.fromkeys("ab", 34), 2) == Plan((), (("a",), ("b",)))
+    plan = best_plan(dict.fromkeys("abcde", 2e-4), dict.fromkeys("abcde", 34), 2)
+    assert len(plan.shared) == 1 and [len(names) for names in plan.own] == [2, 2]
+
+
 def test_unequal_companies_are_divided_up_evenly():
     plan = best_plan({"a": 4e-4, "b": 3e-4, "c": 3e-4, "d": 2e-4}, dict.fromkeys("abcd", 1000), 2)
     assert sorted(map(set, plan.own), key=min) == [{"a", "d"}, {"b", "c"}]

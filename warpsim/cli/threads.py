@@ -26,5 +26,5 @@ def thread_count(text: str | None, note: Callable[[str], None]) -> int | None:
 
         raise Failure(Exit.USAGE, f"--threads {text}: say a whole number of cores from 1 on; this process may use {there}")
     if int(text) > there:
-        note(f"--threads {text}: this process may use {there} core{'s' * (there > 1)}, and more threads than cores wait for each other")
+        note(f"--threads {text}: this process may use {there} core{'s' * (there > 1)}; more threads would only wait for each other")
     return min(int(text), there)
