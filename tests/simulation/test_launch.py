@@ -109,8 +109,8 @@ def test_cores_that_wait_for_each_other_are_different_ones(monkeypatch):
     monkeypatch.setattr(launch, "PARALLEL_FROM", 0)
     for _ in range(3):
         sim.step_frame()
-    hired = [thread for thread in threading.enumerate() if thread.name == "warpsim-core-1"]
-    assert {sorted(cores)[-1]} in [os.sched_getaffinity(thread.native_id) for thread in hired] or len(cores) != 2
+    hired = [os.sched_getaffinity(thread.native_id) for thread in threading.enumerate() if thread.name.startswith("warpsim-core-")]
+    assert any(len(place) == 1 for place in hired) or len(cores) == 1
     assert os.sched_getaffinity(0) == cores, "the caller's own thread is where it was"
 
 
