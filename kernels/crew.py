@@ -9,9 +9,10 @@ import warp as wp
 from warpsim.kernels.loops import snippet
 
 LINE = 16  # ints to a cache line, so that words that different cores write are apart
-ROUND, SLEEPERS, FINISHED, AWAITED, LEADER_SLEEPS, PRESENT, QUIT, OPENS, UNDER_WAY = (LINE * k for k in range(9))  # words of the board
-BOARD = LINE * 9
-GIVEN, STATE, MEETING, NUMBER, FAILED, WORKED, TAKEN = range(7)  # words of an order; of one that is done [ns] at work, [ns] in all
+ROUND, SLEEPERS, FINISHED, AWAITED, LEADER_SLEEPS, QUIT, OPENS, UNDER_WAY = (LINE * k for k in range(8))  # words of the board
+BOARD = LINE * 8
+# Words of an order; of one that is done [ns] at work, and [ns] in all; whether a thread takes such orders.
+GIVEN, STATE, MEETING, NUMBER, FAILED, WORKED, TAKEN, HIRED = range(8)
 ORDER = 8
 REPLAY, GIVE_WAY, SLEEP, WAKE, CLOCK, GET_PLACE, SET_PLACE = range(7)  # addresses
 CALLS = 7
@@ -75,7 +76,7 @@ PREAMBLE = """
         order[@TAKEN@] = (word)(1000000000LL * (taken[2] - taken[0]) + taken[3] - taken[1]); }
 """
 
-NAMES = """ROUND SLEEPERS FINISHED AWAITED LEADER_SLEEPS PRESENT QUIT OPENS UNDER_WAY GIVEN STATE MEETING NUMBER FAILED WORKED TAKEN
+NAMES = """ROUND SLEEPERS FINISHED AWAITED LEADER_SLEEPS QUIT OPENS UNDER_WAY GIVEN STATE MEETING NUMBER FAILED WORKED TAKEN HIRED
 ORDER ABANDONED REPLAY GIVE_WAY SLEEP WAKE CLOCK GET_PLACE SET_PLACE"""
 MACROS = "CALL SLEEP_ON WAKE_ALL FUTEX REST TURN OWN_TIME ALL_TIME NOW CARRY_OUT"
 
@@ -131,8 +132,8 @@ FOLLOW = """
     wp::int32* b = board.data;
     volatile word* order = orders.data + part * @ORDER@;
     wp::int32 seen = __atomic_load_n(b + @ROUND@, __ATOMIC_ACQUIRE);
-    __atomic_add_fetch(b + @PRESENT@, 1, __ATOMIC_ACQ_REL);
-    for (;;) {
+    const bool second = __atomic_exchange_n(orders.data + part * @ORDER@ + @HIRED@, (word)1, __ATOMIC_ACQ_REL);
+    while (!second) {
         wp::int32 now = seen;
         for (int turn = 0; turn < 2100 && now == seen; ++turn) {
             if (turn < 2000) { REST } else { TURN }
@@ -156,7 +157,7 @@ FOLLOW = """
 
 @wp.func_native(spelled(FOLLOW))
 def serve_rounds(part: int, board: wp.array[int], orders: wp.array2d[wp.uint64], calls: wp.uint64):
-    """Carry out the orders of round after round: look for a while after each, then sleep; until told to quit."""
+    """Carry out the orders of round after round: look for a while after each, then sleep; until told to quit, or if another does."""
     ...
 
 

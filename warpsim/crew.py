@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import cache
 
 import numpy as np
@@ -90,8 +91,8 @@ class Crew:
         self._orders = wp.zeros((MOST_CORES + 1, native.ORDER), dtype=wp.uint64, device="cpu")
         self._place = wp.zeros(17, dtype=wp.uint64, device="cpu")  # whether the leader moves, and the mask of where to
         self._words, self._rows, self._mask = self._board.numpy(), self._orders.numpy(), self._place.numpy()
-        self._threads: list[threading.Thread] = []
-        self._places: list[frozenset[int] | None] = []
+        self._threads: dict[int, threading.Thread] = {}
+        self._places: dict[int, frozenset[int]] = {}
         self._told: tuple | None = None  # what stands in the orders
         self._parts = slice(0)
         native.lead_round.module.load("cpu", 1)
@@ -160,15 +161,15 @@ class Crew:
         return float((worked / np.maximum(taken, 1.0)).min()) if taken.all() else 1.0
 
     def _hire(self, count: int) -> None:
-        """Have at least so many threads, all of them within their native loop."""
-        while len(self._threads) < count:
-            part = len(self._threads) + 1
-            rounds = self._captured(native.follow_rounds, part, MOST_CORES, self._board, self._orders, calls())
-            thread = threading.Thread(target=wp.capture_launch, args=(rounds,), daemon=True, name=f"warpsim-core-{part}")
-            thread.start()
-            self._threads.append(thread)
-            self._places.append(None)
-        while self._words[native.PRESENT] < len(self._threads):
+        """Have at least so many threads, all of them within their native loop; whom KeyboardInterrupt left half hired is hired again."""
+        for part in range(1, count + 1):
+            if not self._rows[part, native.HIRED]:
+                rounds = self._captured(native.follow_rounds, part, MOST_CORES, self._board, self._orders, calls())
+                thread = threading.Thread(target=wp.capture_launch, args=(rounds,), daemon=True, name=f"warpsim-core-{part}")
+                self._threads[part] = thread
+                self._places.pop(part, None)
+                thread.start()
+        while not self._rows[1 : count + 1, native.HIRED].all():
             time.sleep(1e-4)  # without the interpreter lock, which they need on their way
 
     def _put(self, places: Sequence[frozenset[int]] | None, aside: bool) -> None:
@@ -183,18 +184,20 @@ class Crew:
                 self._mask[0] = places is not None
                 for core in place:
                     self._mask[1 + core // 64] |= np.uint64(1 << core % 64)
-            elif self._places[follower := part - (not aside)] != place:
-                os.sched_setaffinity(self._threads[follower].native_id, place)
+            elif self._places.get(follower := part + aside) != place:
+                with suppress(ProcessLookupError):  # one that was hired twice
+                    os.sched_setaffinity(self._threads[follower].native_id, place)
                 self._places[follower] = place
 
     def _dismiss(self) -> None:
         """Let the threads end: what they run is unloaded soon."""
-        if self._threads and not self._holders and os.getpid() == self._process:
+        if self._threads and os.getpid() == self._process:
+            self._wait()
             self._words[[native.QUIT, native.OPENS]] = 1
             self._words[native.AWAITED] = 0
             self._rows[:, native.GIVEN] = 0
             wp.capture_launch(self._round)
-            for thread in self._threads:
+            for thread in self._threads.values():
                 thread.join(1.0)
 
 

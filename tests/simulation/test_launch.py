@@ -6,11 +6,13 @@ import threading
 from types import SimpleNamespace
 
 import pytest
+import warp as wp
 
 from tests.simulation.networks import network, tangle
 from tests.simulation.scenes import scene
 from warpsim import Simulation, launch
-from warpsim.crew import BrokenFrame, crew
+from warpsim.crew import BrokenFrame, calls, crew
+from warpsim.kernels import crew as native
 from warpsim.scene import Scene
 from warpsim.scene.events import companies
 from warpsim.sharing import Plan
@@ -163,3 +165,17 @@ def test_systems_divided_among_cores_have_the_bits_of_one(threads, monkeypatch):
         assert other.cores == plans[k % 4].core_count
         one.step_frame()
         assert one.state_hash() == other.state_hash(), k
+
+
+def test_a_thread_that_is_hired_twice_works_once(parallel):
+    """As when Ctrl-C comes while it starts: the second finds the first at work and goes home."""
+    sim = Simulation(scene(), device="cpu", threads=2)
+    sim.step_frame()
+    first = crew()._threads[1]
+    rounds = crew()._captured(native.follow_rounds, 1, 64, crew()._board, crew()._orders, calls())
+    second = threading.Thread(target=wp.capture_launch, args=(rounds,))
+    second.start()
+    second.join(20.0)
+    assert not second.is_alive() and first.is_alive()
+    sim.run(0.1)
+    assert sim.state_hash() == hash_after(sim.index, 1)
