@@ -45,10 +45,15 @@ def exp_negative(z: float) -> float:
 
 
 @wp.func(inline=True)
+def decay_series(z: float) -> float:
+    """Return mean_decay(z) for 0 <= z < ½, by its Taylor series."""
+    return 1.0 - z * (0.5 - z * (0.16666667 - z * (0.041666667 - z * (0.0083333333 - z * (0.0013888889 - z * 0.0001984127)))))
+
+
+@wp.func(inline=True)
 def mean_decay(z: float) -> float:
     """Return φ(z) = (1 − e^{−z})/z for z >= 0, the mean of e^{−s} on [0, z], to 5e-7; the series spares small z the cancellation."""
-    series = 1.0 - z * (0.5 - z * (0.16666667 - z * (0.041666667 - z * (0.0083333333 - z * (0.0013888889 - z * 0.0001984127)))))
-    return wp.where(z < 0.5, series, (1.0 - exp_negative(-z)) / wp.max(z, 0.5))
+    return wp.where(z < 0.5, decay_series(z), (1.0 - exp_negative(-z)) / wp.max(z, 0.5))
 
 
 @wp.func(inline=True)

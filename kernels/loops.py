@@ -12,24 +12,28 @@ from warpsim.kernels.advance import AMONG_COLLIDERS, LOOPS, advance_flight, livi
 from warpsim.kernels.clearance import CLEARANCES
 from warpsim.kernels.collider import into_frame
 from warpsim.kernels.contact import path_reach
+from warpsim.kernels.elementary import decay_series
 from warpsim.kernels.emission import ACTIVE, FAULT, KILLED, LIVE, Particles
 from warpsim.kernels.encounter import meet_colliders
 from warpsim.kernels.environment import KILL, Environment, drag_rate
 from warpsim.kernels.expression_loops import BLOCK_FORMULAS, EXPRESSION_BLOCK
 from warpsim.kernels.flow import FLOWS
 from warpsim.kernels.forces import FORCES
-from warpsim.kernels.integration import KIT, Pace, ballistic_position, drift, inside, kick
+from warpsim.kernels.integration import KIT, Pace, ballistic_position, drift, felt_time, inside, push
 from warpsim.kernels.lifetime import age_at
 from warpsim.kernels.multistep_loops import DECLARATIONS, LOAD, STORE, multistep_texts
 
 BLOCK = 64  # particles that stay in the first-level cache through all substeps; a population's capacity is a multiple of it
 
 
+UNIFORM = list(FLOWS).index("uniform")
+
+
 def snippet(text: str, *formulas) -> str:
     """Put the formulas' generated C++ names and the counters' places into the text."""
     for formula in formulas:
         text = text.replace(f"${formula.func.__name__}(", f"{formula.native_func}(")
-    for name, place in {"FAULT": FAULT, "KILLED": KILLED, "LIVE": LIVE, "KILL": KILL, "BLOCK": BLOCK}.items():
+    for name, place in {"FAULT": FAULT, "KILLED": KILLED, "LIVE": LIVE, "KILL": KILL, "BLOCK": BLOCK, "UNIFORM": UNIFORM}.items():
         text = text.replace(f"@{name}@", str(place))
     return f"#if !defined(__CUDA_ARCH__)\n    typedef wp::vec_t<3, float> vec;{text}\n#endif\n"
 
@@ -56,25 +60,32 @@ PROLOGUE = """
     float *P = particles.position.data, *Q = particles.velocity.data;
     float *birth_age = particles.birth_age.data, *L = particles.lifetime.data;
     int *birth_frame = particles.birth_frame.data, *alive = particles.alive.data;
-    float X[3][B], V[3][B], U[3][B], A[3][B], I[3][B], XB[3][B], VB[3][B], X0[3][B], V0[3][B], DX[3][B], DV[3][B];
-    float H[B], K[B], W[B], age[B], life[B];
-    int dead[B], kept[B], near[B];
+    alignas(64) float X[3][B], V[3][B], U[3][B], A[3][B], I[3][B], XB[3][B], VB[3][B], X0[3][B], V0[3][B], DX[3][B], DV[3][B];
+    alignas(64) float H[B], K[B], W[B], age[B], life[B];
+    alignas(64) int dead[B], kept[B], near[B];
 MEMORY    const int coupled = particles.internal.shape[0] > 0, sticks = particles.contact.shape[0] > 0;
     #define GET(F) vec(F[0][i], F[1][i], F[2][i])
     #define PUT(F, value) { const vec r = value; F[0][i] = r[0]; F[1][i] = r[1]; F[2][i] = r[2]; }
-    #define EACH(...) for (int i = 0; i < B; ++i) { const float h = H[i], k = K[i]; __VA_ARGS__ }
+    // Chains of a hundred operations: several vectors beside each other, for a core sees only some 400 instructions ahead.
+    #define EACH(...) _Pragma("clang loop interleave_count(2)") for (int i = 0; i < B; ++i) { const float h = H[i], k = K[i]; __VA_ARGS__ }
+    #define KICK(v, u, a, k, h) $push(v, u, a, k, strong ? $felt_time(k, h) : h * $decay_series(k * h))
     #define ADD(F, value) { const vec r = value; F[0][i] += r[0]; F[1][i] += r[1]; F[2][i] += r[2]; }
     // What a formula reads through a pointer, a grid's velocities, is none of the block's arrays: the compiler may gather it.
-    #define EACH_OF_BLOCK _Pragma("clang loop vectorize(assume_safety)") for (int i = 0; i < B; ++i)
+    #define EACH_OF_BLOCK _Pragma("clang loop vectorize(assume_safety) interleave_count(4)") for (int i = 0; i < B; ++i)
     #define FLOW(formula) EACH_OF_BLOCK { const vec x = GET(X); ADD(U, formula) }
     #define FORCE(formula) for (int i = 0; i < B; ++i) { const vec x = GET(X), w(W[i], W[i], W[i]); ADD(A, wp::cw_mul(formula, w)) }
     #define NEAR(formula) for (int i = 0; i < B; ++i) { \\
         const float reach = $path_reach(c, half, whole, GET(XB), GET(VB), GET(X), GET(V), H[i], pace.dt); \\
         const vec x = $into_frame(c.center, c.rotation, GET(XB)); near[i] |= !(formula > reach); }
     auto flow = [&](int moment) {
-        for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) U[c][i] = 0.0f;
-        for (int j = 0; j < environment.flow.shape[1]; ++j) {
-            const auto q = environment.flow.data[moment * environment.flow.shape[1] + j];
+        const int count = environment.flow.shape[1];
+        const auto *rows = environment.flow.data + moment * count;
+        int j = 0;
+        vec wind(0.0f, 0.0f, 0.0f);  // what comes first and is the same everywhere is summed once for the block
+        for (; j < count && rows[j].kind == @UNIFORM@; ++j) wind = wp::add(wind, $sample_uniform(rows[j], wind));
+        for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) U[c][i] = wind[c];
+        for (; j < count; ++j) {
+            const auto q = rows[j];
             switch (q.kind) { FLOW_CASES }
         }
     };
@@ -90,9 +101,14 @@ MEMORY    const int coupled = particles.internal.shape[0] > 0, sticks = particle
             K[i] = $drag_rate(environment.alpha, environment.viscosity, particles.radius.data[b + i], W[i]);
             dead[i] = pace.first > 0 ? 1 - alive[b + i] : 0;
         }
+        int strong = 0;  // 0: no drag in the block leaves the series of mean_decay(), and its other branch is not worked out
+        for (int i = 0; i < B; ++i) strong |= !(K[i] * pace.dt < 0.5f);
         if (coupled) for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) I[c][i] = particles.internal.data[b + i + c * S];
 RECALL"""
-FORCE_LAMBDA = """auto force = [&](int moment) {
+FORCE_LAMBDA = """const int weighs_alone = environment.forces.shape[1] == 0 && !coupled;
+    for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) A[c][i] = environment.gravity[c];
+    auto force = [&](int moment) {
+        if (weighs_alone) return;  // what it was filled with above is all there is
         for (int c = 0; c < 3; ++c) for (int i = 0; i < B; ++i) A[c][i] = environment.gravity[c];
         for (int j = 0; j < environment.forces.shape[1]; ++j) {
             const auto q = environment.forces.data[moment * environment.forces.shape[1] + j];
@@ -147,24 +163,24 @@ STORE_PAST        const int whole = pace.last == pace.substep_count;
 TEXTS = {  # by method: what it feels before the first substep and after a collision (at moment m), and a substep
     "euler": (
         "",
-        "flow(2 * s); force(2 * s); EACH(vec x = $drift(GET(X), GET(V), h); PUT(V, $kick(GET(V), GET(U), GET(A), k, h)) PUT(X, x))",
+        "flow(2 * s); force(2 * s); EACH(vec x = $drift(GET(X), GET(V), h); PUT(V, KICK(GET(V), GET(U), GET(A), k, h)) PUT(X, x))",
     ),
     "drift_kick": (
         "",
-        "EACH(PUT(X, $drift(GET(X), GET(V), h))) flow(2 * s + 2); force(2 * s + 2); EACH(PUT(V, $kick(GET(V), GET(U), GET(A), k, h)))",
+        "EACH(PUT(X, $drift(GET(X), GET(V), h))) flow(2 * s + 2); force(2 * s + 2); EACH(PUT(V, KICK(GET(V), GET(U), GET(A), k, h)))",
     ),
     "semi_implicit_euler": (
         "",
-        "flow(2 * s); force(2 * s); EACH(PUT(V, $kick(GET(V), GET(U), GET(A), k, h)) PUT(X, $drift(GET(X), GET(V), h)))",
+        "flow(2 * s); force(2 * s); EACH(PUT(V, KICK(GET(V), GET(U), GET(A), k, h)) PUT(X, $drift(GET(X), GET(V), h)))",
     ),
     "verlet": (
         "flow(m); force(m);",
-        """EACH(PUT(V, $kick(GET(V), GET(U), GET(A), k, 0.5f * h)) PUT(X, $drift(GET(X), GET(V), h)))
-            flow(2 * s + 2); force(2 * s + 2); EACH(PUT(V, $kick(GET(V), GET(U), GET(A), k, 0.5f * h)))""",
+        """EACH(PUT(V, KICK(GET(V), GET(U), GET(A), k, 0.5f * h)) PUT(X, $drift(GET(X), GET(V), h)))
+            flow(2 * s + 2); force(2 * s + 2); EACH(PUT(V, KICK(GET(V), GET(U), GET(A), k, 0.5f * h)))""",
     ),
     "rk4": (
         "flow(m); force(m);",
-        """EACH(PUT(V, $kick(GET(V), GET(U), still, k, 0.5f * h)) PUT(X0, GET(X)) PUT(V0, GET(V)) PUT(DX, GET(V)) PUT(DV, GET(A))
+        """EACH(PUT(V, KICK(GET(V), GET(U), still, k, 0.5f * h)) PUT(X0, GET(X)) PUT(V0, GET(V)) PUT(DX, GET(V)) PUT(DV, GET(A))
                  PUT(X, $drift(GET(X0), GET(V), 0.5f * h)) PUT(V, $drift(GET(V0), GET(A), 0.5f * h)))
             for (int stage = 0; stage < 2; ++stage) {
                 force(2 * s + 1);
@@ -175,7 +191,7 @@ TEXTS = {  # by method: what it feels before the first substep and after a colli
             force(2 * s + 2);
             EACH(PUT(X, $drift(GET(X0), $drift(GET(DX), GET(V), 1.0f), h / 6.0f))
                  PUT(V, $drift(GET(V0), $drift(GET(DV), GET(A), 1.0f), h / 6.0f)))
-            flow(2 * s + 2); force(2 * s + 2); EACH(PUT(V, $kick(GET(V), GET(U), still, k, 0.5f * h)))""",
+            flow(2 * s + 2); force(2 * s + 2); EACH(PUT(V, KICK(GET(V), GET(U), still, k, 0.5f * h)))""",
     ),
     "tracer_euler": ("flow(m);", "EACH(PUT(X, $drift(GET(X), GET(U), h))) flow(2 * s + 2); EACH(PUT(V, GET(U)))"),
     "tracer_rk4": (
@@ -191,8 +207,8 @@ TEXTS = {  # by method: what it feels before the first substep and after a colli
 }
 MULTISTEP_TEXTS, PAST = multistep_texts()
 TEXTS |= MULTISTEP_TEXTS
-MACROS = ("GET", "PUT", "ADD", "EACH", "EACH_OF_BLOCK", "FLOW", "FORCE", "NEAR")
-FORMULAS = (*FLOWS.values(), *FORCES.values(), age_at, drag_rate, living_step, inside, kick, drift)
+MACROS = ("GET", "PUT", "ADD", "EACH", "KICK", "EACH_OF_BLOCK", "FLOW", "FORCE", "NEAR")
+FORMULAS = (*FLOWS.values(), *FORCES.values(), age_at, drag_rate, living_step, inside, push, felt_time, decay_series, drift)
 FORMULAS += (*BLOCK_FORMULAS, *vars(KIT.glides).values(), KIT.whole_step)
 CONTACT_FORMULAS = (*CLEARANCES.values(), into_frame, path_reach, meet_colliders)  # among colliders besides
 
