@@ -6,7 +6,7 @@ plain body. The words of `calls` are addresses of functions, 0 where the system 
 
 import warp as wp
 
-from warpsim.kernels.loops import snippet
+from warpsim.kernels.snippets import snippet
 
 LINE = 16  # ints to a cache line, so that words that different cores write are apart
 ROUND, SLEEPERS, FINISHED, AWAITED, LEADER_SLEEPS, QUIT, OPENS, UNDER_WAY = (LINE * k for k in range(8))  # words of the board

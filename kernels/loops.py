@@ -13,37 +13,17 @@ from warpsim.kernels.clearance import CLEARANCES
 from warpsim.kernels.collider import into_frame
 from warpsim.kernels.contact import path_reach
 from warpsim.kernels.elementary import decay_series
-from warpsim.kernels.emission import ACTIVE, FAULT, KILLED, LIVE, Particles
+from warpsim.kernels.emission import ACTIVE, Particles
 from warpsim.kernels.encounter import meet_colliders
-from warpsim.kernels.environment import KILL, Environment, drag_rate
+from warpsim.kernels.environment import Environment, drag_rate
 from warpsim.kernels.expression_loops import BLOCK_FORMULAS, EXPRESSION_BLOCK
 from warpsim.kernels.flow import FLOWS
 from warpsim.kernels.forces import FORCES
 from warpsim.kernels.integration import KIT, Pace, ballistic_position, drift, felt_time, inside, push
 from warpsim.kernels.lifetime import age_at
 from warpsim.kernels.multistep_loops import DECLARATIONS, LOAD, STORE, multistep_texts
-
-BLOCK = 64  # particles that stay in the first-level cache through all substeps; a population's capacity is a multiple of it
-
-
-UNIFORM = list(FLOWS).index("uniform")
-
-
-def snippet(text: str, *formulas) -> str:
-    """Put the formulas' generated C++ names and the counters' places into the text."""
-    for formula in formulas:
-        text = text.replace(f"${formula.func.__name__}(", f"{formula.native_func}(")
-    for name, place in {"FAULT": FAULT, "KILLED": KILLED, "LIVE": LIVE, "KILL": KILL, "BLOCK": BLOCK, "UNIFORM": UNIFORM}.items():
-        text = text.replace(f"@{name}@", str(place))
-    return f"#if !defined(__CUDA_ARCH__)\n    typedef wp::vec_t<3, float> vec;{text}\n#endif\n"
-
-
-@wp.func
-def share(part: int, part_count: int, count: int) -> wp.vec2i:
-    """Return the elements [begin, end) of one core's part, cut between blocks."""
-    blocks = (count + BLOCK - 1) // BLOCK
-    return wp.vec2i(BLOCK * (blocks * part // part_count), wp.min(count, BLOCK * (blocks * (part + 1) // part_count)))
-
+from warpsim.kernels.removal_loops import chunk_size, close_ranks
+from warpsim.kernels.snippets import share, snippet
 
 WHOLE_BLOCKS = {"sample_expression": EXPRESSION_BLOCK}  # formulas that have loops of their own
 
@@ -262,10 +242,38 @@ def advance_loop(name, loop):
         cut = share(part + wp.tid(), part_count, int(counters_inout[ACTIVE]))
         advance_range(cut[0], cut[1], int(clock[0]), pace, environment[0], particles_inout, counters_inout)
 
-    return advance_particles
+    @wp.kernel(name=f"advance_{name}_and_remove", module=f"warpsim.kernels.loops.{name}", enable_backward=False)
+    def advance_and_remove(
+        part: int,
+        part_count: int,
+        pace: Pace,
+        clock: wp.array[wp.int64],
+        environment: wp.array[Environment],
+        particles_inout: Particles,
+        counters_inout: wp.array[wp.int64],
+        slab_inout: wp.array2d[wp.uint32],
+        relay_inout: wp.array[int],
+        calls: wp.uint64,
+        barrier: wp.array[int],
+    ):
+        """Advance one part of the active particles through the whole frame, chunk by chunk, and remove the expired."""
+        active = int(counters_inout[ACTIVE])
+        size = chunk_size(active, part_count)
+        chunk = int(part + wp.tid())
+        while chunk * size < active:
+            begin = chunk * size
+            end = wp.min(begin + size, active)
+            advance_range(begin, end, int(clock[0]), pace, environment[0], particles_inout, counters_inout)
+            alive = particles_inout.alive
+            close_ranks(chunk, begin, end, active, part_count, alive, counters_inout, slab_inout, relay_inout, calls, barrier)
+            chunk = chunk + part_count
+
+    return advance_particles, advance_and_remove
 
 
-ADVANCE = {name: advance_loop(name, loop) for name, loop in LOOPS.items()}
+KERNELS = {name: advance_loop(name, loop) for name, loop in LOOPS.items()}
+ADVANCE = {name: advance for name, (advance, _) in KERNELS.items()}
+ADVANCE_AND_REMOVE = {name: both for name, (_, both) in KERNELS.items()}
 
 FLIGHT = """
     const int S = particles.position.shape[1];

@@ -32,7 +32,8 @@ class Stage:
     With `launch` instead of a kernel it is a serial call that only enqueues device work. With `body` instead it is stages that are
     repeated while the first number of `condition` is not 0, `most` times at most; a stage of the body that is not its first sets it.
     `own`: its loop writes points of the core's own share (share() in kernels/loops.py) and reads none of another's that the stages beside
-    it write, so that between two such stages nobody waits. `of`: the company of systems that it is about; stages of different companies
+    it write, so that between two such stages nobody waits. `turns`: its parts wait for each other, and its loop takes the addresses of
+    kernels/crew.py and the words of the barrier after its inputs. `of`: the company of systems that it is about; stages of different companies
     touch nothing in common but what stages without one, which come before all others, have written.
     """
 
@@ -46,6 +47,7 @@ class Stage:
     condition: wp.array | None = None
     most: int = 0
     own: bool = False
+    turns: bool = False
     of: str = ""
 
 
@@ -156,7 +158,8 @@ class FrameGraph:
             if core == 0:
                 stage.launch() if stage.launch else wp.launch(stage.kernel, 1, [0, *stage.inputs], device=self.device)
         elif self.native and stage.loop is not None:
-            wp.launch(stage.loop, 1, [core, core_count, *stage.inputs], device=self.device)
+            meeting_place = [calls(), self._barrier] if stage.turns else []
+            wp.launch(stage.loop, 1, [core, core_count, *stage.inputs, *meeting_place], device=self.device)
         else:
             first, end = stage.count * core // core_count, stage.count * (core + 1) // core_count
             if end > first:

@@ -11,7 +11,7 @@ import warp as wp
 
 from warpsim.keeping import KeptArray
 from warpsim.kernels import emission
-from warpsim.kernels.loops import BLOCK
+from warpsim.kernels.snippets import BLOCK
 
 COUNTERS = {"live": emission.LIVE, "active": emission.ACTIVE, "born": emission.BORN, "refused": emission.REFUSED}
 COUNTERS |= {"killed": emission.KILLED, "next_id": emission.NEXT_ID, "fault": emission.FAULT}

@@ -38,3 +38,8 @@ class Integrator(ABC):
         """Return the plain kernel and the native loop for who moves freely, or among colliders."""
         name = cls.name + (advance.AMONG_COLLIDERS if among_colliders else "")
         return advance.ADVANCE[name], loops.ADVANCE[name]
+
+    @classmethod
+    def removing_loop(cls, among_colliders: bool) -> wp.Kernel:
+        """Return the native loop that removes the expired as well."""
+        return loops.ADVANCE_AND_REMOVE[cls.name + (advance.AMONG_COLLIDERS if among_colliders else "")]

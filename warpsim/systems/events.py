@@ -46,6 +46,11 @@ class Events:
         """Return the log of an event as kernels see it."""
         return self._heard[kind_of(on)][1]
 
+    @property
+    def follow_motion(self) -> bool:
+        """Whether deaths or collisions are listened to, which are known after the particles have moved."""
+        return any(on.event != "birth" for on, _ in self._heard.values())
+
     def stages(self, native: bool, particles: emission.Particles, *kinds: str) -> Iterator[Stage]:
         """Yield the stages that note the frame's events of these kinds."""
         n, device = self._population.capacity, self._population.device

@@ -10,6 +10,7 @@ from warpsim.frame import SystemFrame
 from warpsim.integrators import FIRST_ORDER_FORM, SECOND_ORDER_FORM, Ballistic, Integrator
 from warpsim.keeping import KeptArray
 from warpsim.kernels import adaptive, integration, lifecycle_loops, lifetime
+from warpsim.kernels.removal_loops import RELAY
 from warpsim.launch import Stage
 from warpsim.population import CONTACT, FIELDS, Field, Population, history_fields
 from warpsim.scene import Scene
@@ -93,10 +94,22 @@ class Particles:
         yield from self.surroundings.stages()
         yield from self.emission.stages(self.newborn, lifecycle_loops.emit_particles)
         yield from self.events.stages(native, self.newborn, "birth")
+        if native and self._removes_at_once:
+            loop = self.method.removing_loop(self.surroundings.has_colliders)
+            relay = wp.zeros(RELAY, dtype=int, device=self.population.device)
+            inputs = (self.pace, self._clock, self.surroundings.row, self.particles, self.population.counters, self.population.slab, relay)
+            yield Stage("advance, remove", loop, self.population.capacity, inputs, loop, turns=True)
+            return
         yield from self._motion(native)
         yield from self.events.stages(native, self.particles, "death", "collision")
         yield from self.points.stages(self._clock)
         yield from removal(self.population, native)
+
+    @property
+    def _removes_at_once(self) -> bool:
+        """Whether one loop moves and removes: one pass is the whole frame, and nobody asks for the expired after it."""
+        alone = self.pairs is None and self.care is None and self.method is not Ballistic
+        return alone and not self.points.has_trails and not self.events.follow_motion
 
     def _motion(self, native: bool) -> Iterator[Stage]:
         """Yield the stages that move everybody: one for all substeps, or with neighbors several for each."""

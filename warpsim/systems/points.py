@@ -52,6 +52,11 @@ class PointPacker:
         """Return the fields that the look needs in the population."""
         return {"trail": Field(3 * look.trail.points, wp.float32, "m", "its last places, in a ring")} if look.trail else {}
 
+    @property
+    def has_trails(self) -> bool:
+        """Whether there is anything to note in each frame."""
+        return self._places > 0
+
     def stages(self, clock: wp.array):
         """Yield the stage that notes the places of trails, if there are any."""
         if self._places:
