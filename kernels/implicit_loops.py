@@ -16,9 +16,9 @@ from warpsim.kernels.implicit import (
     scale_down,
     tie_of,
 )
-from warpsim.kernels.snippets import BLOCK, share, snippet
 from warpsim.kernels.planar import write3
 from warpsim.kernels.rigid_groups import RigidGroups, lifted, load_chunk
+from warpsim.kernels.snippets import BLOCK, share, snippet
 from warpsim.kernels.springs import SpringTable
 
 ASSEMBLE = """
