@@ -19,7 +19,7 @@ from warpsim import SceneError, load_scene
 from warpsim.kernel_cache import prepare_kernel_cache
 
 # Whose `rows(quick)` are the table, in its order.
-MODULES = ("flocks", "neighbors", "cloth", "cases", "bandwidth", "scaling", "gpu", "startup")
+MODULES = ("particles", "flocks", "neighbors", "cloth", "cases", "bandwidth", "scaling", "gpu", "startup")
 BEGIN, END = "<!-- measured: begin, made by python -m benchmarks --page -->", "<!-- measured: end -->"
 QUICK = Effort(seconds=0.2, most_rounds=3, least_rounds=3, quick=True)
 

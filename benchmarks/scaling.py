@@ -7,9 +7,9 @@ from rich.console import Console
 
 from benchmarks import cloth, flocks
 from benchmarks.bandwidth import COPIED, COPIED_QUICKLY, Copy
-from benchmarks.cases import million
 from benchmarks.contest import Bout, Contest, Effort, own_ways
 from benchmarks.measure import Sample, take_turns
+from benchmarks.particles import particles
 from benchmarks.report import OTHERS, Report
 from warpsim import Simulation
 from warpsim.launch import available_cores
@@ -95,10 +95,9 @@ def bytes_of(run: Simulation) -> int:
     return sum(2 * 4 * system.population.slab.shape[0] * system.population.counter("live") for system in run.systems.values())
 
 
-def particles(count: int) -> Contest:
-    """The main case."""
-    case = million(count)
-    return Contest("particles", case.what, case.scene, warmup=case.warmup_frames)
+def dust(count: int) -> Contest:
+    """The particles of particles-1m."""
+    return particles("particles", count, plain=None)
 
 
 def boids(count: int) -> Contest:
@@ -118,7 +117,7 @@ def rows(quick: bool) -> list[Curve]:
     sides = (12, 16) if quick else (32, 64, 128, 256, 512)
     usual = ("Numba prange", "Taichi")
     return [
-        Curve("scaling-particles", "the particles of particles-1m, from a thousand to ten million", particles, counts, usual, grows=ends),
+        Curve("scaling-particles", "the particles of particles-1m, from a thousand to ten million", dust, counts, usual, grows=ends),
         Curve(
             "scaling-flocks", "the boids of flocks-100k, from a thousand to ten million, equally dense", boids, counts, usual, grows=ends
         ),
