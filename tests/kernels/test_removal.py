@@ -8,9 +8,9 @@ import warp as wp
 
 from tests.reference import lifetime as reference
 from warpsim.crew import calls
-from warpsim.kernels.crew import BARRIER
+from warpsim.kernels.crew import ABANDONED, BARRIER
 from warpsim.kernels.emission import ACTIVE, COUNTER_COUNT, LIVE
-from warpsim.kernels.removal_loops import chunk_size, close_ranks
+from warpsim.kernels.removal_loops import RELAY, chunk_size, close_ranks
 
 
 @wp.kernel(enable_backward=False)
@@ -20,8 +20,9 @@ def remove_chunks(
     alive: wp.array[int],
     counters_inout: wp.array[wp.int64],
     slab_inout: wp.array2d[wp.uint32],
+    relay_inout: wp.array[int],
     calls: wp.uint64,
-    meeting_inout: wp.array[int],
+    barrier: wp.array[int],
 ):
     """Remove alone, with no motion before it."""
     active = int(counters_inout[ACTIVE])
@@ -29,7 +30,7 @@ def remove_chunks(
     chunk = int(part)
     while chunk * size < active:
         end = wp.min(chunk * size + size, active)
-        close_ranks(chunk, chunk * size, end, active, part_count, alive, counters_inout, slab_inout, calls, meeting_inout)
+        close_ranks(chunk, chunk * size, end, active, part_count, alive, counters_inout, slab_inout, relay_inout, calls, barrier)
         chunk = chunk + part_count
 
 
@@ -39,7 +40,8 @@ def test_chunks_in_turns_equal_the_twin(parts, active, share, rng):
     """Every row of the slab twice over; more chunks than cores, fewer, a last one that is no whole vector, and none that loses anybody."""
     capacity = -(-active // 64) * 64
     slab = rng.integers(0, 2**32, (17, capacity), dtype=np.uint32)
-    table, words = wp.array(slab, dtype=wp.uint32, device="cpu"), wp.zeros(BARRIER, dtype=int, device="cpu")
+    table = wp.array(slab, dtype=wp.uint32, device="cpu")
+    relay, barrier = (wp.zeros(words, dtype=int, device="cpu") for words in (RELAY, BARRIER))
     remove_chunks.module.load(wp.get_device("cpu"), 1)
     for _ in range(2):
         alive = np.zeros(capacity, np.int32)
@@ -49,20 +51,26 @@ def test_chunks_in_turns_equal_the_twin(parts, active, share, rng):
         count, lives = wp.array(counters, dtype=wp.int64, device="cpu"), wp.array(alive, device="cpu")
         survivors = reference.compact(table.numpy()[:, :active].copy(), alive[:active])
         with ThreadPoolExecutor(parts) as crew:
-            inputs = [parts, lives, count, table, calls(), words]
+            inputs = [parts, lives, count, table, relay, calls(), barrier]
             jobs = [crew.submit(wp.launch, remove_chunks, 1, [part, *inputs], device="cpu") for part in range(parts)]
         assert not [job.exception() for job in jobs if job.exception()]
         active = int(count.numpy()[LIVE])
-        assert active == survivors.shape[1] and not words.numpy().any(), "the words are as they were, for the next frame"
+        assert active == survivors.shape[1] and not relay.numpy().any(), "the words are as they were, for the next frame"
         assert np.array_equal(table.numpy()[:, :active], survivors)
 
 
 def test_nobody_waits_for_a_core_that_gave_up(rng):
     """The second of two parts, whose first never comes: the barrier's word says so, and it goes on."""
     words = np.zeros(BARRIER, np.int32)
-    words[32] = 1
+    words[ABANDONED] = 1
     counters = np.zeros(COUNTER_COUNT, np.int64)
     counters[ACTIVE] = 256
     slab = wp.array(rng.integers(0, 2**32, (3, 256), dtype=np.uint32), dtype=wp.uint32, device="cpu")
-    inputs = [wp.ones(256, dtype=int, device="cpu"), wp.array(counters, dtype=wp.int64, device="cpu"), slab, calls()]
+    inputs = [
+        wp.ones(256, dtype=int, device="cpu"),
+        wp.array(counters, dtype=wp.int64, device="cpu"),
+        slab,
+        wp.zeros(RELAY, dtype=int, device="cpu"),
+        calls(),
+    ]
     wp.launch(remove_chunks, 1, [1, 2, *inputs, wp.array(words, device="cpu")], device="cpu")
