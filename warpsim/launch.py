@@ -33,8 +33,8 @@ class Stage:
     repeated while the first number of `condition` is not 0, `most` times at most; a stage of the body that is not its first sets it.
     `own`: its loop writes points of the core's own share (share() in kernels/loops.py) and reads none of another's that the stages beside
     it write, so that between two such stages nobody waits. `turns`: its parts wait for each other, and its loop takes the addresses of
-    kernels/crew.py and the words of the barrier after its inputs. `of`: the company of systems that it is about; stages of different companies
-    touch nothing in common but what stages without one, which come before all others, have written.
+    kernels/crew.py and the words of the barrier after its inputs. `of`: the company of systems that it is about; stages of different
+    companies touch nothing in common but what stages without one, which come before all others, have written.
     """
 
     name: str

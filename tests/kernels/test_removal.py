@@ -1,4 +1,4 @@
-"""Removal in turns: whoever has which chunk, all rows of the survivors lie together in order, and whoever has the last chunk counts them."""
+"""Removal in turns: whoever has which chunk, all rows of the survivors lie together in order, and they are counted."""
 
 from concurrent.futures import ThreadPoolExecutor
 
