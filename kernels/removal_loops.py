@@ -7,6 +7,7 @@ its own behind them. So every row goes through memory once per frame, in order o
 import warp as wp
 
 from warpsim.kernels.crew import LINE, spelled
+from warpsim.kernels.emission import LIVE
 from warpsim.kernels.snippets import BLOCK
 
 NEXT, WRITTEN = 0, LINE  # words of a relay: whose turn it is, and how far those before have come; between frames 0
@@ -92,4 +93,14 @@ def close_ranks(
     barrier: wp.array[int],
 ):
     """Put the survivors of a chunk, all their rows, behind those of the chunks before; who has the last one counts them."""
-    ...
+    w = relay[WRITTEN]
+    for i in range(begin, end):
+        for row in range(slab.shape[0]):
+            slab[row, w] = slab[row, i]
+        w = w + alive[i]
+    relay[NEXT] = chunk + 1
+    relay[WRITTEN] = w
+    if end == active:
+        counters[LIVE] = wp.int64(w)
+        relay[NEXT] = 0
+        relay[WRITTEN] = 0
