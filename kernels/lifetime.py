@@ -37,18 +37,20 @@ def scatter_survivors(
     slab: wp.array2d[wp.uint32],
     scratch_out: wp.array2d[wp.uint32],
 ):
-    """Move every word of a survivor to its place; slab (rows, capacity), order = inclusive scan of alive."""
+    """Move every word of a survivor to its place, if that is another; slab (rows, capacity), order = inclusive scan of alive."""
     i = first + wp.tid()
-    if wp.int64(i) < counters[ACTIVE] and alive[i] == 1:
+    if wp.int64(i) < counters[ACTIVE] and alive[i] == 1 and order[i] <= i:
         for row in range(slab.shape[0]):
             scratch_out[row, order[i] - 1] = slab[row, i]
 
 
 @wp.kernel(enable_backward=False)
-def scatter_back(first: int, counters: wp.array[wp.int64], scratch: wp.array2d[wp.uint32], slab_out: wp.array2d[wp.uint32]):
-    """Copy the survivors back, so that addresses never change and a captured graph stays valid."""
+def scatter_back(
+    first: int, counters: wp.array[wp.int64], order: wp.array[int], scratch: wp.array2d[wp.uint32], slab_out: wp.array2d[wp.uint32]
+):
+    """Copy those that moved back, so that addresses never change; whoever was before the first dead one, order[i] = i + 1, did not."""
     i = first + wp.tid()
-    if wp.int64(i) < counters[LIVE]:
+    if wp.int64(i) < counters[LIVE] and order[i] <= i:
         for row in range(slab_out.shape[0]):
             slab_out[row, i] = scratch[row, i]
 

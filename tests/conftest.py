@@ -4,6 +4,30 @@ import numpy as np
 import pytest
 
 
+def pytest_addoption(parser):
+    parser.addoption(
+        "--device", choices=("cpu", "cuda"), help="where all simulations of the tests run, also those that name the CPU (docs/gpu.md)"
+    )
+
+
+def pytest_configure(config):
+    config.addinivalue_line("markers", "cpu: about threads, native loops or this process's memory; left out with --device cuda")
+    if config.getoption("--device") == "cuda":
+        from warpsim import simulation
+
+        if "cuda" not in _devices():
+            raise pytest.UsageError("--device cuda: Warp finds no CUDA device on this machine")
+        resolve = simulation.resolve_device
+        simulation.resolve_device = lambda name: resolve("cuda" if name in ("auto", "cpu") else name)
+
+
+def pytest_collection_modifyitems(config, items):
+    if config.getoption("--device") == "cuda":
+        left_out = [item for item in items if item.get_closest_marker("cpu")]
+        items[:] = [item for item in items if not item.get_closest_marker("cpu")]
+        config.hook.pytest_deselected(items=left_out)
+
+
 def _devices() -> list[str]:
     import warp as wp
 
@@ -22,7 +46,8 @@ def pytest_xdist_auto_num_workers() -> int:
 def pytest_generate_tests(metafunc):
     """A test that takes `device` runs once on every kind of device this machine has."""
     if "device" in metafunc.fixturenames:
-        metafunc.parametrize("device", _devices())
+        asked = metafunc.config.getoption("--device")
+        metafunc.parametrize("device", [asked] if asked else _devices())
 
 
 @pytest.fixture

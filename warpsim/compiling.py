@@ -36,6 +36,9 @@ def load_modules(kernels: Iterable[wp.Kernel], device: wp.Device | str, core_cou
     into the cache all the same.
     """
     device = wp.get_device(device)
+    kernels = list(kernels)
+    if device.is_cuda:
+        round_each(kernels)
     block_dim = 1 if device.is_cpu else 256  # threads of a block, as launches ask for it
     modules = list(dict.fromkeys(kernel.module for kernel in kernels))
     absent = [module for module in modules if not (module.execs or is_cached(module, block_dim))]
@@ -45,6 +48,15 @@ def load_modules(kernels: Iterable[wp.Kernel], device: wp.Device | str, core_cou
             _side_by_side([lambda module=module: module.load(device, block_dim) for module in absent], core_count)
     for module in modules:
         module.load(device, block_dim)
+
+
+def round_each(kernels: Iterable[wp.Kernel]) -> None:
+    """Let a GPU round every product and every sum, as CPUs do here: two in one go are more exact, but other numbers (docs/adr/0003).
+
+    Before a module is first hashed.
+    """
+    for module in {kernel.module for kernel in kernels}:
+        module.options["fuse_fp"] = False
 
 
 def is_cached(module: wp.Module, block_dim: int) -> bool:

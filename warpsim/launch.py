@@ -51,6 +51,12 @@ class Stage:
     of: str = ""
 
 
+def check_pool(device: wp.Device, stages: Sequence[Stage]) -> None:
+    """Raise ValueError if a GPU cannot capture what stages launch themselves: scans take memory for a moment, within the graph."""
+    if device.is_cuda and not wp.is_mempool_enabled(device) and any(stage.launch for stage in stages):
+        raise ValueError(f"{device.alias} has no memory pool, which a frame needs there (Warp: is_mempool_supported): take --device cpu")
+
+
 class FrameGraph:
     """A captured frame. CUDA: one graph. CPU: one graph per core, with native barriers between the stages that cores share.
 
@@ -71,6 +77,7 @@ class FrameGraph:
         kernels = [*map(self._kernel, chain.from_iterable((stage, *stage.body) for stage in self.stages))]
         kernels += [meeting.resolve_barrier] if self.core_count > 1 else []
         load_modules(filter(None, kernels), self.device, available_cores())
+        check_pool(self.device, self.stages)
         self._companies = list(dict.fromkeys(stage.of for stage in self.stages if stage.of))
         self._notes = wp.zeros((len(self._companies), 2), dtype=wp.int64, device="cpu")  # ns of its thread: when each began, and ended
         self._meetings = {name: self._meetings_of(self._stages_of(name)) for name in self._companies}
@@ -97,7 +104,8 @@ class FrameGraph:
     def _capture(self, core: int, plan: Plan) -> wp.Graph:
         """Capture what one core does: what comes first, the companies that are its own, and its part of those that all share."""
         n = plan.core_count
-        with wp.ScopedCapture(self.device) as capture:  # on the CPU this records and does not run
+        # On the CPU this records and does not run. All modules are loaded: an older driver would have Warp load every other one, too.
+        with wp.ScopedCapture(self.device, force_module_load=False) as capture:
             self._launch_all(self._stages_of(""), core, n)
             for name in plan.own[core]:
                 self._note(name, 0)

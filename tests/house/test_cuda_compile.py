@@ -1,7 +1,13 @@
-"""Every kernel compiles for data-center GPUs (A100: sm_80; H100, H200: sm_90), on a machine without one."""
+"""Every kernel compiles for data-center GPUs (A100: sm_80; H100, H200: sm_90; B200: sm_100), on a machine without one.
+
+Each for one of them, in turns; all by `WARPSIM_ARCHITECTURES=all python -m pytest tests/house/test_cuda_compile.py`, a quarter of an hour.
+"""
 
 import ast
+import ctypes
 import importlib
+import os
+import re
 from pathlib import Path
 
 import pytest
@@ -32,31 +38,74 @@ FAMILIES = {
 OWN = sorted(path.stem for path in FOLDER.glob("[!_]*.py") if has_kernel(path) and path.stem not in ON_CPU | {"adaptive"})
 
 
+ARCHITECTURES = (80, 90, 100)
+ALL = os.environ.get("WARPSIM_ARCHITECTURES") == "all"  # contact takes NVRTC a minute and more for sm_100, and two seconds for sm_90
+
+
+def architectures(place: int, heavy: bool) -> list[int]:
+    """Return what a module is compiled for: one after the other in turns, the heavy ones not for sm_100, or all."""
+    return list(ARCHITECTURES) if ALL else [ARCHITECTURES[place % 2 if heavy else place % 3]]
+
+
+def compiled(kernels, folder, place: int) -> list[str]:
+    """Return the PTX of the modules of kernels, as frames use them."""
+    import warp as wp
+
+    from warpsim.compiling import round_each
+
+    round_each(kernels)
+    built = []
+    for module in {kernel.module.name: kernel.module for kernel in kernels}.values():  # some have modules of their own
+        heavy = "collider" in module.name or module.name.endswith(".points")
+        built += wp.compile_aot_module(module, arch=architectures(place, heavy), module_dir=folder, use_ptx=True)
+    return [path.read_text() for path in built]
+
+
+def fused(text: str) -> int:
+    """Return how many products and sums of 32 bits are rounded together: one more number than asked for, where CPUs have two."""
+    return len(re.findall(r"fma\.rn(\.ftz)?\.f32", text))
+
+
 @pytest.mark.parametrize("name", OWN)
 def test_kernel_module_compiles_for_cuda(name, tmp_path):
     import warp as wp
 
     kernels = [value for value in vars(importlib.import_module(f"warpsim.kernels.{name}")).values() if isinstance(value, wp.Kernel)]
-    for module in {kernel.module.name: kernel.module for kernel in kernels}.values():  # some have modules of their own
-        built = wp.compile_aot_module(module, arch=[80, 90], module_dir=tmp_path, use_ptx=True)
-        assert len(built) == 2 and all(path.stat().st_size for path in built), built
+    for text in compiled(kernels, tmp_path, OWN.index(name)):
+        assert ".entry" in text and not fused(text)
 
 
-@pytest.mark.parametrize("stage", ["stage_3", "start_4", "predict_4", "foresee_2", "correct_4"])
+STAGED = ("stage_3", "start_4", "predict_4", "foresee_2", "correct_4")
+
+
+@pytest.mark.parametrize("stage", STAGED)
 def test_stages_of_networks_compile_for_cuda(stage, tmp_path):
-    import warp as wp
-
     from warpsim.kernels.staged import STAGES
 
-    (built,) = wp.compile_aot_module(STAGES[stage].module, arch=[90], module_dir=tmp_path, use_ptx=True)
-    assert built.stat().st_size
+    for text in compiled([STAGES[stage]], tmp_path, STAGED.index(stage)):
+        assert ".entry" in text and not fused(text)
 
 
 @pytest.mark.parametrize(("family", "method"), [(family, method) for family, methods in FAMILIES.items() for method in methods])
 def test_methods_compile_for_cuda(family, method, tmp_path):
-    import warp as wp
-
     made = importlib.import_module(f"warpsim.kernels.{family}").ADVANCE[method]
-    plain = made[0] if isinstance(made, tuple) else made
-    (built,) = wp.compile_aot_module(plain.module, arch=[90], module_dir=tmp_path, use_ptx=True)
-    assert built.stat().st_size
+    for text in compiled([made[0] if isinstance(made, tuple) else made], tmp_path, FAMILIES[family].index(method)):
+        assert ".entry" in text and not fused(text)
+
+
+def test_arguments_fit_into_what_a_launch_carries():
+    """4 KiB: more needs a driver of CUDA 12.1. An array is 56 bytes, a struct what its fields are."""
+    import warp as wp
+    from warp._src.codegen import Struct
+    from warp._src.types import array_t, is_array, type_size_in_bytes
+
+    def size(kind) -> int:
+        if is_array(kind):
+            return ctypes.sizeof(array_t)
+        return ctypes.sizeof(kind.ctype) if isinstance(kind, Struct) else type_size_in_bytes(kind)
+
+    rooms = [importlib.import_module(f"warpsim.kernels.{path.stem}") for path in FOLDER.glob("[!_]*.py")]
+    families = [value.values() if isinstance(value, dict) else [value] for room in rooms for value in vars(room).values()]
+    members = [one for family in families for member in family for one in (member if isinstance(member, tuple) else (member,))]
+    sizes = {kernel.key: sum(size(argument.type) for argument in kernel.adj.args) for kernel in members if isinstance(kernel, wp.Kernel)}
+    assert len(sizes) > 150 and max(sizes.values()) <= 4096, max(sizes, key=sizes.get)

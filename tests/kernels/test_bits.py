@@ -14,6 +14,8 @@ from warpsim.kernels.forces import ATTRACTOR_LAWS
 from warpsim.kernels.integration import METHODS
 from warpsim.kernels.primitive import CORES
 
+pytestmark = pytest.mark.cpu
+
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
 SINE = {"sine": {"mean": 0.5, "amplitude": 0.3, "period": 0.2}}
 BODIES = {

@@ -5,7 +5,7 @@ import pytest
 
 from tests.kernels.flocks import flock
 from warpsim import Simulation
-from warpsim.systems.census import course_numbers
+from warpsim.systems.census import Census, course_numbers
 
 DOMAINS = {
     "none": {"min": [-9, -9, -9], "max": [9, 9, 9]},
@@ -44,6 +44,23 @@ def test_distances_and_clusters_are_those_of_all_pairs(name, count, native, tmp_
     edges = high - low if domain.get("boundary") == "periodic" else np.zeros(3)
     nearest, clusters = by_all_pairs(x.astype(float), 0.7, edges)
     assert found["clusters"] == clusters and found["nearest"] == pytest.approx(nearest, abs=1e-6)
+
+
+def test_a_copy_on_the_cpu_says_the_same(tmp_path):
+    """As a GPU asks for."""
+    x = np.random.default_rng(2).random((300, 3)) * 6
+    sim = Simulation(flock(tmp_path, x, x - 3, domain=DOMAINS["periodic"], perception={"radius": 0.7}), device="cpu")
+    sim.step_frame()
+    system = sim.systems["f"]
+    assert Census(system, True, copied=True).numbers() == Census(system, True).numbers() == system.statistics()
+
+
+def test_clusters_follow_a_radius_that_changes(tmp_path):
+    x = np.array([[0, 0, 0], [1, 0, 0], [5, 0, 0]], np.float32)
+    sim = Simulation(flock(tmp_path, x, 0 * x, perception={"radius": 2.0}), device="cpu")
+    assert sim.statistics()["f"]["clusters"] == 2
+    sim.change("systems.f.perception.radius", 0.5)
+    assert sim.statistics()["f"]["clusters"] == 3
 
 
 def test_asking_changes_nothing(tmp_path):

@@ -9,6 +9,8 @@ import pytest
 
 from tests.command import SPARKS, warpsim
 
+pytestmark = pytest.mark.cpu
+
 
 @pytest.fixture(scope="module")
 def warm_cache(tmp_path_factory):

@@ -13,6 +13,8 @@ from tests.simulation.networks import network
 from warpsim import Scene, Simulation, footprint
 from warpsim.memory import memory_of
 
+pytestmark = pytest.mark.cpu
+
 COUNT = 20_000
 SHEET = {"type": "cloth", "resolution": [100, 100], "edges": [[1, 0, 0], [0, 1, 0]]}
 SHEET |= {kind: {"stiffness": 1.0} for kind in ("structural", "shear", "bend")}

@@ -17,6 +17,8 @@ from warpsim.scene import Scene
 from warpsim.scene.events import companies
 from warpsim.sharing import Plan
 
+pytestmark = pytest.mark.cpu
+
 
 @pytest.fixture
 def parallel(monkeypatch):

@@ -5,22 +5,30 @@ import warp as wp
 
 from warpsim.kernels import census
 from warpsim.launch import FrameGraph, Stage
+from warpsim.population import FIELDS, Population
+from warpsim.systems.crowds import Crowd
 
 ALONE = np.float32(census.ALONE)
 
 
 class Census:
-    """Order, turning, spacing and clusters of a flock (the system) as it is now."""
+    """Order, turning, spacing and clusters of a flock (the system) as it is now.
 
-    def __init__(self, flock, native: bool):
-        self._flock, device, capacity = flock, flock.device, flock.population.capacity
+    `copied`: of a copy on the CPU, as it is when this is made. One thread counts the clusters, which takes a GPU's a hundred times as long.
+    """
+
+    def __init__(self, flock, native: bool, copied: bool = False):
+        crowd, device = flock.crowd, flock.device
+        if copied:
+            crowd, device, native = Crowd(on_cpu(flock.population), flock.spec, flock.spec.perception.radius), "cpu", True
+        self._flock, capacity = flock, flock.population.capacity
         self._nearest = wp.zeros(capacity, dtype=float, device=device)
         self._count = wp.zeros(2, dtype=int, device=device)
         reach2 = flock.spec.perception.radius**2
         room = [wp.zeros(capacity, dtype=int, device=device) for _ in range(2)]
-        stages = flock.crowd.sorting(native)
-        stages.append(Stage("census", census.sample_nearest, capacity, (flock.crowd.row, reach2, self._nearest)))
-        stages.append(Stage("census", census.mark_clusters, 1, (flock.crowd.row, reach2, *room, self._count)))
+        stages = crowd.sorting(native)
+        stages.append(Stage("census", census.sample_nearest, capacity, (crowd.row, reach2, self._nearest)))
+        stages.append(Stage("census", census.mark_clusters, 1, (crowd.row, reach2, *room, self._count)))
         self._graph = FrameGraph(stages, device, 1, native)
 
     def numbers(self) -> dict[str, float]:
@@ -38,6 +46,15 @@ class Census:
             "nearest": float(near.mean()) if len(near) else 0.0,
             "clusters": int(self._count.numpy()[0]),
         }
+
+
+def on_cpu(population: Population) -> Population:
+    """Return places and velocities of a population in one on the CPU, and its counters."""
+    copy = Population(population.limit, {name: FIELDS[name] for name in ("position", "velocity")}, "cpu")
+    for name in copy.fields:
+        copy.field(name).numpy()[:, : population.counter("live")] = population.host(name)
+    copy.counters.assign(population.counters.numpy())
+    return copy
 
 
 def course_numbers(x: np.ndarray, v: np.ndarray, periodic: bool) -> dict[str, float]:

@@ -129,7 +129,7 @@ class Flock(LastingSystem):
 
     def change(self, spec, scene: Scene, environment: Environment) -> None:
         """Take the numbers of another spec of the same structure, in place; the environment has changed already."""
-        moved = spec.domain != self.spec.domain
+        moved, self._census = spec.domain != self.spec.domain, None
         self.take(spec, scene, environment, np.full(spec.count, spec.mass))
         self.crowd.change(spec, spec.perception.radius)
         if moved:  # who looks for neighbors takes for granted that all are within
@@ -153,8 +153,9 @@ class Flock(LastingSystem):
 
     def statistics(self) -> dict[str, float]:
         """Return what there is to tell besides counts and kinetic energy: how much order there is, spacing, clusters."""
-        if self._census is None:
-            self._census = Census(self, self._native)
+        copied = wp.get_device(self.device).is_cuda
+        if self._census is None or copied:
+            self._census = Census(self, self._native, copied)
         return self._census.numbers()
 
 

@@ -189,4 +189,4 @@ def removal(population: Population, native: bool) -> Iterator[Stage]:
     yield Stage("remove", launch=lambda: wp.utils.array_scan(alive, order))
     yield Stage("remove", lifetime.scatter_survivors, n, (counters, alive, order, slab, scratch))
     yield Stage("remove", lifetime.scan_survivors, 1, (order, counters))
-    yield Stage("remove", lifetime.scatter_back, n, (counters, scratch, slab))
+    yield Stage("remove", lifetime.scatter_back, n, (counters, order, scratch, slab))
