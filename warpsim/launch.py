@@ -50,6 +50,11 @@ class Stage:
     turns: bool = False
     of: str = ""
 
+    def __post_init__(self):
+        """Refuse what a conditional node of a CUDA graph could not hold: calls that take memory, another loop."""
+        if any(inner.launch or inner.body for inner in self.body):
+            raise ValueError(f"{self.name}: a body is made of kernels alone")
+
 
 def check_pool(device: wp.Device, stages: Sequence[Stage]) -> None:
     """Raise ValueError if a GPU cannot capture what stages launch themselves: scans take memory for a moment, within the graph."""
