@@ -62,7 +62,9 @@ def _forked(order: dict[str, object], timeout: float) -> int:
         _end(server)
         _server.cache_clear()
         raise subprocess.TimeoutExpired(order["arguments"], timeout)
-    return int(server.stdout.readline())
+    answer = server.stdout.readline()
+    assert answer, "tests/forked.py has ended"
+    return int(answer)
 
 
 @cache
