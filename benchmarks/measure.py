@@ -14,6 +14,7 @@ from warpsim import Scene, Simulation
 MOST_SPREAD = 0.20  # interquartile range over median; what scatters more is not called a result
 MOST_WAITED = 0.10  # of a turn, by threads that could have run; with more, other work on the machine was measured too
 REST = 5e-3  # s before a turn: the threads of the one before spin on for a while, waiting for more to do
+BREAK = 0.2  # s until a disturbed turn is taken again
 PATIENCE = 10.0  # s that turns with more are taken again, all of a measurement together
 
 
@@ -111,7 +112,8 @@ def take_turns(runs: dict, rounds: int, wait: Callable[[], None], frames: int = 
         for way in list(runs)[:: -1 if turn % 2 else 1]:
             taken = take_turn(runs[way], wait, frames, lead)
             while taken[2] > MOST_WAITED and patience > 0.0:
-                patience -= taken[0] * (frames + lead)
+                patience -= BREAK + taken[0] * (frames + lead)
+                time.sleep(BREAK)
                 taken = take_turn(runs[way], wait, frames, lead)
             turns[way].append(taken)
     return {way: Timing(*(Sample(list(column)) for column in zip(*taken, strict=True))) for way, taken in turns.items()}
