@@ -24,7 +24,7 @@ def verdict_of(sample: Sample, reach: float | None, below: bool, disturbed: str,
     if disturbed:
         return NO_RESULT, f"{disturbed}; --only {name} when nothing else runs"
     if not sample.settled:
-        return NO_RESULT, f"spread {sample.spread:.0%} > {MOST_SPREAD:.0%}; --only {name} when nothing else runs"
+        return NO_RESULT, f"spread {sample.spread:.1%} > {MOST_SPREAD:.0%}; --only {name} when nothing else runs"
     if reach is None:
         return "", ""
     return (REACHED if (sample.median <= reach if below else sample.median >= reach) else MISSED), ""

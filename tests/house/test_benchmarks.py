@@ -16,7 +16,8 @@ from benchmarks.cases import flag, sparks
 from benchmarks.cloth import sample_springs, sheet
 from benchmarks.contest import Claim, Contest, Entrant
 from benchmarks.measure import Sample, moves_per_frame
-from benchmarks.report import Report, verdict_of
+from benchmarks.report import Report, read_rows, verdict_of
+from benchmarks.table import markdown
 from warpsim import Scene, Simulation
 from warpsim.launch import available_cores
 
@@ -164,3 +165,11 @@ def test_the_flag_stands_its_substeps():
     assert run.advice["flag"].least <= run.advice["flag"].chosen
     run.run(0.5)
     assert np.isfinite(run.frame()["flag"].position).all()
+
+
+def test_the_page_shows_what_was_measured():
+    """Nobody retypes a figure: the tables of docs/performance.md are those of the lines beside it."""
+    page, figures = ROOT / "docs" / "performance.md", ROOT / "docs" / "performance.jsonl"
+    assert markdown(read_rows([figures]), "images/scaling.png") in page.read_text(), (
+        "python -m benchmarks --page docs/performance.jsonl --into docs/performance.md"
+    )
