@@ -13,7 +13,7 @@ from rich.console import Console
 from benchmarks.contest import Contest, Effort, Row
 from benchmarks.machine import machine_facts
 from benchmarks.picture import draw_scaling
-from benchmarks.report import Report, read_rows
+from benchmarks.report import Report, read_rows, write_rows
 from benchmarks.table import markdown, print_table
 from warpsim import SceneError, load_scene
 from warpsim.kernel_cache import prepare_kernel_cache
@@ -52,7 +52,12 @@ def parsed() -> argparse.Namespace:
     parser.add_argument(
         "--page", type=Path, nargs="+", metavar="FILE", help="measure nothing: make the tables of docs/performance.md from such files"
     )
-    parser.add_argument("--into", type=Path, metavar="PAGE", help="with --page: put them between the page's markers; default: print them")
+    parser.add_argument(
+        "--into",
+        type=Path,
+        metavar="PAGE",
+        help="with --page: put them between the page's markers, and the figures beside it; default: print them",
+    )
     return parser.parse_args()
 
 
@@ -95,11 +100,12 @@ def put_between(page: Path, text: str) -> None:
 
 
 def make_page(files: list[Path], page: Path | None) -> None:
-    """Print the tables, or put them and the picture into a page."""
+    """Print the tables, or put them and the picture into a page, and the figures beside it."""
     rows = read_rows(files)
     if page is None:
         print(markdown(rows))
         return
+    write_rows(rows, page.with_suffix(".jsonl"))
     picture = page.parent / "images" / "scaling.png"
     picture.parent.mkdir(exist_ok=True)
     put_between(page, markdown(rows, "images/scaling.png" if draw_scaling(rows, picture) else None))

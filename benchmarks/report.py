@@ -132,9 +132,15 @@ class Report:
 
 def read_rows(paths: list[Path]) -> list[dict]:
     """Return the rows of several runs as those of one: what a later file says of a row replaces what an earlier one says."""
-    found: dict[str, list[dict]] = {}
+    found: dict[str, list[dict]] = {"": []}
     for path in paths:
         rows = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
         for name in dict.fromkeys(row["row"] for row in rows):
-            found[name] = [row for row in rows if row["row"] == name]
+            before = found[""] if name == "" else []  # every run has a machine
+            found[name] = before + [row for row in rows if row["row"] == name]
     return [row for rows in found.values() for row in rows]
+
+
+def write_rows(rows: list[dict], path: Path) -> None:
+    """Write rows as JSON lines."""
+    path.write_text("".join(json.dumps(row) + "\n" for row in rows), encoding="utf-8")

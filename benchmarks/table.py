@@ -113,24 +113,26 @@ def print_table(rows: list[dict], console: Console) -> None:
 
 def markdown(rows: list[dict], picture: str | None = None) -> str:
     """Return the part of docs/performance.md that is measured; `picture`: where the picture of scaling lies, seen from the page."""
-    machine = next((row for row in rows if row["kind"] == "machine"), {})
     framed, others = split(rows)
-    parts = [head(machine, rows), table_of(HEADER, framed), what_was_done(framed), table_of(HEADER_ALONE, others), what_was_done(others)]
+    parts = [head(rows), table_of(HEADER, framed), what_was_done(framed), table_of(HEADER_ALONE, others), what_was_done(others)]
     if picture:
         parts.append(f"![cost of one among a thousand and among ten million]({picture})")
     return "\n\n".join(part for part in parts if part)
 
 
-def head(machine: dict, rows: list[dict]) -> str:
+def head(rows: list[dict]) -> str:
     """Return the sentence that tells where and when."""
+    machines = [row for row in rows if row["kind"] == "machine"]
     works = [row for row in rows if row["kind"] == "work"]
-    if not machine or not works:
+    if not machines or not works:
         return ""
+    machine, one = machines[-1], len({row["command"] for row in machines}) == 1
+    how = f"`{machine['command']}`" if one else f"`python -m benchmarks --only …` in {len(machines)} runs"
     dates, loads = sorted(row["date"] for row in works), [row["load"] for row in works]
     when = dates[0] if dates[0] == dates[-1] else f"{dates[0]} to {dates[-1][11:] if dates[0][:10] == dates[-1][:10] else dates[-1]}"
     packages = ", ".join(f"{name} {machine[name]}" for name in ("warp-lang", "numpy", "numba", "taichi"))
     return (
-        f"`{machine['command']}`, {when} UTC: {machine['cores']} cores of an {machine['processor']}, {machine['memory_gib']:g} GiB, "
+        f"{how}, {when} UTC: {machine['cores']} cores of an {machine['processor']}, {machine['memory_gib']:g} GiB, "
         f"GPU: {machine['gpu']}; Python {machine['python']}, {packages}; load {min(loads):.1f} to {max(loads):.1f} before a row began."
     )
 
@@ -144,7 +146,7 @@ def table_of(header: tuple[str, ...], measurements: list[list[dict]]) -> str:
         for line in lines_of(measurement):
             verdict = f"**{line.verdict}**" if line.verdict == MISSED else line.verdict
             cells = line.cells if header is HEADER else line.alone
-            found.append("| " + " | ".join([*cells, verdict + (f": {line.why}" if line.why else "")]) + " |")
+            found.append("| " + " | ".join([*cells, verdict + (f": {line.why.split(';')[0]}" if line.why else "")]) + " |")
     return "\n".join(found)
 
 

@@ -68,6 +68,7 @@ def page_is_made_of_them(out: Path, folder: Path) -> None:
     text = page.read_text()
     assert text.startswith(f"before\n{BEGIN}\n") and text.endswith(f"{END}\nafter\n") and "\nold\n" not in text
     assert "| sparks |" in text and "afresh" in text and "--help" not in text
+    assert read_rows([folder / "page.jsonl"]) == read_rows([out, again])
     assert (folder / "images" / "scaling.png").exists() and "images/scaling.png" in text
 
 
