@@ -78,7 +78,7 @@ def measure(options: argparse.Namespace, console: Console) -> list[dict]:
     if options.json:
         options.json.unlink(missing_ok=True)
     report = Report(console, options.json)
-    report.machine(machine_facts(" ".join(["python -m benchmarks", *sys.argv[1:]])))
+    report.machine(machine_facts(" ".join(["python -m benchmarks", *(Path(word).name for word in sys.argv[1:])])))
     effort = QUICK if options.quick else Effort(options.seconds, options.rounds)
     for row in wanted(options):
         began = time.perf_counter()
