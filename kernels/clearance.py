@@ -156,7 +156,7 @@ def measure_gap(c: Collider, q: wp.vec3) -> Gap:
     return gap
 
 
-@wp.func
+@wp.func(inline=False)
 def measure_mesh_gap(c: Collider, q: wp.vec3, skin: float, newborn: int) -> Gap:
     """Return the gap and the normal at the nearest triangle within the skin; of a newborn's also from deep inside a solid."""
     gap = Gap()

@@ -128,7 +128,7 @@ def approaches(
     return near
 
 
-@wp.func
+@wp.func(inline=False)
 def lift_off(c: Collider, pose: Pose, x: wp.vec3, newborn: int) -> wp.vec3:
     """Return a point put half a skin before the triangles that it is too near to: a ray from it could begin behind one of them."""
     skin = skin_of(c, x)

@@ -126,7 +126,7 @@ def hollow_time(c: Collider, q: wp.vec3, w: wp.vec3, a: wp.vec3, level: float, l
     return wp.max(beside, ball_time(d, w, a, c.radius - level, left))  # and in the ball round its nearest point
 
 
-@wp.func
+@wp.func(inline=False)
 def touch_hollow(c: Collider, q: wp.vec3, w: wp.vec3, a: wp.vec3, left: float, skin: float) -> Touch:
     """Return when the point first touches a sphere or capsule from inside."""
     touch = Touch()
@@ -150,7 +150,7 @@ def touch_hollow(c: Collider, q: wp.vec3, w: wp.vec3, a: wp.vec3, left: float, s
     return touch
 
 
-@wp.func
+@wp.func(inline=False)
 def touch_room(c: Collider, q: wp.vec3, w: wp.vec3, a: wp.vec3, left: float, skin: float) -> Touch:
     """Return when the point first touches one of the six walls of a box from inside."""
     touch = Touch()
@@ -169,7 +169,7 @@ def touch_room(c: Collider, q: wp.vec3, w: wp.vec3, a: wp.vec3, left: float, ski
     return touch
 
 
-@wp.func
+@wp.func(inline=False)
 def touch_mesh(c: Collider, q: wp.vec3, w: wp.vec3, a: wp.vec3, left: float, skin: float) -> Touch:
     """Return when the point first touches a triangle, from either side: the chord of its path is cast as a ray, and never left."""
     touch = Touch()

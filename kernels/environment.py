@@ -79,7 +79,7 @@ def sample_moments(
         forces_out[j, k] = field
 
 
-@wp.kernel(enable_backward=False)
+@wp.kernel(enable_backward=False, module="warpsim.kernels.environment.probe")
 def sample_velocities(first: int, flow: wp.array2d[FlowPrimitive], points: wp.array2d[float], velocity_out: wp.array2d[float]):
     """Sample the flow at points, planar (3, count) [m] -> [m/s], through the functions that the particles feel."""
     i = first + wp.tid()

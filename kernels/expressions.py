@@ -96,7 +96,7 @@ def apply_ternary(operation: int, x: wp.float64, y: wp.float64, z: wp.float64) -
     return smoothstep64(x, y, z)
 
 
-@wp.func
+@wp.func(inline=False)
 def evaluate_program(program: wp.array[Instruction], begin: int, end: int, place: wp.vec3d, t: wp.float64) -> wp.float64:
     """Return the value of the postfix program program[begin:end] at a place [m] and time t [s]."""
     stack = Stack()

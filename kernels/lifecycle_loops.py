@@ -74,6 +74,12 @@ def emit_range(begin: int, end: int, segment: Segment, slot: int, id: wp.int64, 
         emit_particle(slot + n, n - segment.begin, id + wp.int64(n), births, segment, particles)
 
 
+@wp.func(inline=False)
+def emit_run(begin: int, end: int, segment: Segment, slot: int, id: wp.int64, births: Births, particles_out: Particles):
+    """Fill slots as emit_range does: one copy of so much code for all who call it."""
+    emit_range(begin, end, segment, slot, id, births, particles_out)
+
+
 @wp.func
 def emit_children(begin: int, end: int, segment: Segment, slot: int, id: wp.int64, births: Births, particles_out: Particles):
     """Fill the slots of the frame's births begin … end − 1, all of events: event by event, each the births of one moment."""
@@ -82,7 +88,7 @@ def emit_children(begin: int, end: int, segment: Segment, slot: int, id: wp.int6
     while k < end:
         one = event_segment(births, segment, k)
         stop = wp.min(end, one.end)
-        emit_range(k, stop, one, slot, id, births, particles_out)
+        emit_run(k, stop, one, slot, id, births, particles_out)
         for n in range(k, stop):
             inherit(slot + n, (k - segment.begin) // emitter.per_event, emitter, births.logs[emitter.log], particles_out)
         k = stop
@@ -98,7 +104,7 @@ def emit_particles(part: int, part_count: int, births: Births, plan: Plan, count
         end = wp.min(cut[1], segment.end)
         if begin < end:
             if births.emitters[segment.emitter].log < 0:
-                emit_range(begin, end, segment, int(counters[LIVE]), first_id(plan, counters), births, particles_out)
+                emit_run(begin, end, segment, int(counters[LIVE]), first_id(plan, counters), births, particles_out)
             else:
                 emit_children(begin, end, segment, int(counters[LIVE]), first_id(plan, counters), births, particles_out)
 

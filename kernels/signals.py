@@ -42,7 +42,7 @@ def sample_keyframes(knots: wp.array[wp.vec2d], begin: int, end: int, t: wp.floa
     return a[1] + (b[1] - a[1]) * ((t - a[0]) / (b[0] - a[0]))
 
 
-@wp.func
+@wp.func(inline=False)
 def sample_signal(signals: Signals, index: int, t: wp.float64) -> wp.float64:
     """Return the value of one signal at time t [s]."""
     s = signals.rows[index]
