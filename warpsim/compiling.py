@@ -14,7 +14,7 @@ from pathlib import Path
 import warp as wp
 
 Report = Callable[[str], None]
-SECONDS = 0.7  # of one core for a module, the mean over all of them on a machine of 2024; the whole is told as "some … s"
+SECONDS = 1.4  # of one core for a module of a scene with its share of the headers, measured (docs/adr/0040-compiling-side-by-side.md)
 MOST_NAMES = 3  # that are told
 _listeners: list[Report] = []
 

@@ -42,6 +42,14 @@ def files(folder, suffix) -> list[Path]:
     return found
 
 
+def test_the_doctor_says_what_the_cache_holds(folder):
+    from warpsim.cli.doctor import held
+
+    (versioned,) = (folder / "cache").iterdir()
+    modules = [path for path in versioned.iterdir() if path.name.startswith("wp_")]
+    assert held(versioned).startswith(f"{len(modules)} modules, ") and held(folder).startswith("empty")
+
+
 def test_truncated_modules_heal(folder):
     """Each is found and rebuilt in its turn."""
     victims = sorted(files(folder, ".o"), key=lambda path: path.stat().st_size)[:2]

@@ -77,8 +77,15 @@ def check_warp() -> Iterator[Finding]:
     if notes:
         yield Finding("kernel cache", WARN, notes[0], "make the folder writable, or set WARP_CACHE_PATH to one that is")
     else:
-        yield Finding("kernel cache", OK, str(folder))
+        yield Finding("kernel cache", OK, f"{folder}: {held(folder)}")
     yield _disk("disk (cache)", folder)
+
+
+def held(folder: Path) -> str:
+    """Return how many modules of kernels a cache holds, and how large they are."""
+    modules = [place for place in folder.glob("wp_*") if place.is_dir()]
+    size = sum(file.stat().st_size for place in modules for file in place.glob("*"))
+    return f"{len(modules)} modules, {size / 2**20:.0f} MiB" if modules else "empty: the first run of a scene compiles its kernels"
 
 
 def check_viewer() -> Iterator[Finding]:
