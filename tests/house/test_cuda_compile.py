@@ -1,6 +1,6 @@
 """Every kernel compiles for data-center GPUs (A100: sm_80; H100, H200: sm_90; B200: sm_100), on a machine without one.
 
-Each for one of them, in turns; all by `WARPSIM_ARCHITECTURES=all python -m pytest tests/house/test_cuda_compile.py`, a quarter of an hour.
+Each for one of them, in turns; all by `WARPSIM_ARCHITECTURES=all python -m pytest tests/house/test_cuda_compile.py`, some minutes.
 """
 
 import ast
@@ -39,25 +39,24 @@ OWN = sorted(path.stem for path in FOLDER.glob("[!_]*.py") if has_kernel(path) a
 
 
 ARCHITECTURES = (80, 90, 100)
-ALL = os.environ.get("WARPSIM_ARCHITECTURES") == "all"  # contact takes NVRTC a minute and more for sm_100, and two seconds for sm_90
+ALL = os.environ.get("WARPSIM_ARCHITECTURES") == "all"
 
 
-def architectures(place: int, heavy: bool) -> list[int]:
-    """Return what a module is compiled for: one after the other in turns, the heavy ones not for sm_100, or all."""
-    return list(ARCHITECTURES) if ALL else [ARCHITECTURES[place % 2 if heavy else place % 3]]
+def architectures(place: int) -> list[int]:
+    """Return what a module is compiled for: one after the other in turns, or all."""
+    return list(ARCHITECTURES) if ALL else [ARCHITECTURES[place % 3]]
 
 
 def compiled(kernels, folder, place: int) -> list[str]:
     """Return the PTX of the modules of kernels, as frames use them."""
     import warp as wp
 
-    from warpsim.compiling import round_each
+    from warpsim.compiling import suit_gpu
 
-    round_each(kernels)
+    suit_gpu(kernels)
     built = []
     for module in {kernel.module.name: kernel.module for kernel in kernels}.values():  # some have modules of their own
-        heavy = "collider" in module.name or module.name.endswith(".points")
-        built += wp.compile_aot_module(module, arch=architectures(place, heavy), module_dir=folder, use_ptx=True)
+        built += wp.compile_aot_module(module, arch=architectures(place), module_dir=folder, use_ptx=True)
     return [path.read_text() for path in built]
 
 
