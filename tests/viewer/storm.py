@@ -115,7 +115,7 @@ class Pace:
         self.simulation, self.viewer = simulation, viewer
 
     def rate(self, seconds: float, going=lambda: True) -> tuple[float, float, float]:
-        """Return steps per second over `seconds` [s] or while `going()`, how long it took [s], and steps per second of this processor time.
+        """Return steps per second over `seconds` [s] or while `going()`, how long it took [s], and the processor time of a step [s].
 
         The last is what other work on the machine leaves alone: what the viewer's thread takes counts, what another process does not.
         """
@@ -125,7 +125,7 @@ class Pace:
             steps += 1
             if self.viewer.wants_frame(behind=True):  # it runs as fast as it can
                 self.viewer.publish(self.simulation.frame())
-        return steps / max(passed, 1e-9), passed, steps / max(time.process_time() - spent, 1e-9)
+        return steps / max(passed, 1e-9), passed, (time.process_time() - spent) / max(steps, 1)
 
 
 def measure(connects: int, threads: int, calm_seconds: float = 4.0) -> dict[str, float]:
@@ -141,10 +141,10 @@ def measure(connects: int, threads: int, calm_seconds: float = 4.0) -> dict[str,
         viewer.publish(simulation.frame())
         pace.rate(calm_seconds)
         before = resident_bytes()
-        calm, _, unhurried = pace.rate(calm_seconds)
+        calm, _, cost = pace.rate(calm_seconds)
         with storm(viewer.url, connects, threads) as process:
-            stormy, seconds, hurried = pace.rate(600.0, lambda: process.poll() is None)
-        calm_after, _, unhurried_after = pace.rate(calm_seconds)
+            stormy, seconds, stormy_cost = pace.rate(600.0, lambda: process.poll() is None)
+        calm_after, _, cost_after = pace.rate(calm_seconds)
         grown = resident_bytes() - before
         asked = time.perf_counter()
         stop = threading.Event()
@@ -161,7 +161,7 @@ def measure(connects: int, threads: int, calm_seconds: float = 4.0) -> dict[str,
         "steps_per_second_calm": 0.5 * (calm + calm_after),
         "steps_per_second_storm": stormy,
         "share_kept": stormy / (0.5 * (calm + calm_after)),
-        "share_kept_of_the_processor": hurried / (0.5 * (unhurried + unhurried_after)),
+        "milliseconds_of_processor_per_connection": 1e3 * stormy * seconds * (stormy_cost - 0.5 * (cost + cost_after)) / connects,
         "memory_grown_mb": grown / 1e6,
         "next_viewer_seconds": served,
     }
