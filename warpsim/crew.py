@@ -12,7 +12,6 @@ from functools import cache
 
 import numpy as np
 import warp as wp
-from warp._src import context  # where Warp keeps the address of its replay, which native code calls
 
 from warpsim.kernels import crew as native
 
@@ -40,8 +39,14 @@ def function_addresses() -> wp.array:
         sleep = ("syscall", "syscall") if sys.platform == "linux" else ("usleep", "")
         names = ("sched_yield", *sleep, "clock_gettime", "sched_getaffinity", "sched_setaffinity")
         places = [(ctypes.CDLL(None), name) for name in names]
-    words = [_address(context.runtime.core, "wp_apic_cpu_replay_state"), *(_address(*place) for place in places)]
+    words = [_address(_warp_library(), "wp_apic_cpu_replay_state"), *(_address(*place) for place in places)]
     return wp.array(np.array(words, dtype=np.uint64), dtype=wp.uint64, device="cpu", copy=False)  # a copy would be captured, if one is
+
+
+def _warp_library() -> ctypes.CDLL | None:
+    """Return Warp's own native library; None if this Warp keeps it elsewhere, for it does not promise where."""
+    wp.init()
+    return getattr(getattr(sys.modules.get("warp._src.context"), "runtime", None), "core", None)
 
 
 def _address(library, name: str) -> int:
@@ -61,7 +66,7 @@ def can_share() -> bool:
 
 def replay(graph: wp.Graph, keeping_lock: bool) -> None:
     """Replay a graph of the CPU on the present thread, keeping the interpreter lock or not."""
-    if keeping_lock:
+    if keeping_lock and can_share():
         if not _replay_with_lock()(graph.apic_state):
             raise BrokenFrame("a part of the frame failed")
     else:
@@ -70,7 +75,7 @@ def replay(graph: wp.Graph, keeping_lock: bool) -> None:
 
 @cache
 def _replay_with_lock():
-    return ctypes.PYFUNCTYPE(ctypes.c_bool, ctypes.c_void_p)(int(function_addresses().numpy()[0]))
+    return ctypes.PYFUNCTYPE(ctypes.c_bool, ctypes.c_void_p)(int(function_addresses().numpy()[native.REPLAY]))
 
 
 def worth_keeping_lock(seconds: float) -> bool:

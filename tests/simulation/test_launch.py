@@ -11,6 +11,7 @@ import warp as wp
 from tests.simulation.networks import network, tangle
 from tests.simulation.scenes import scene
 from warpsim import Simulation, launch
+from warpsim import crew as crew_module
 from warpsim.crew import BrokenFrame, calls, crew
 from warpsim.kernels import crew as native
 from warpsim.scene import Scene
@@ -36,6 +37,14 @@ def hash_after(frame_count: int, threads: int) -> str:
 @pytest.mark.parametrize("threads", [2, 3, 5, 16])
 def test_any_number_of_cores_gives_the_same_bits(parallel, threads):
     assert hash_after(20, threads) == hash_after(20, 1)
+
+
+def test_without_the_address_of_warps_replay_frames_are_one_cores(parallel, monkeypatch):
+    expected = hash_after(20, 2)
+    monkeypatch.setattr(crew_module, "can_share", lambda: False)
+    monkeypatch.setattr(launch, "can_share", lambda: False)
+    monkeypatch.setattr(crew_module, "_replay_with_lock", lambda: pytest.fail("called what is not there"))
+    assert hash_after(20, 2) == expected
 
 
 def test_an_interrupted_frame_is_finished_and_counted(parallel):
