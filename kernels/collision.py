@@ -12,7 +12,9 @@ import warp as wp
 from warpsim.kernels.clearance import NEVER, measure_clearance, measure_gap, measure_mesh_gap, skin_of
 from warpsim.kernels.collider import (
     BOUNCE,
+    CAPSULE,
     MESH,
+    SPHERE,
     STICK,
     Collider,
     Pose,
@@ -102,11 +104,24 @@ def touch_one(colliders: wp.array2d[Collider], span: Span, k: int, f: Flight) ->
 
 
 @wp.func
+def out_of_reach(c: Collider, x: wp.vec3, reach: float) -> int:
+    """Return 1 for a solid at rest that no way of a length [m] from x gets to: touch_collider would find no touch of it."""
+    round_room = wp.where(c.inside == 1 and (c.kind == SPHERE or c.kind == CAPSULE), 1, 0)  # its steps are too short by a bound
+    if c.moves == 1 or c.kind == MESH or round_room == 1:  # a ray meets planes of triangles that lie elsewhere
+        return 0
+    far = measure_clearance(c, into_frame(c.center, c.rotation, x)) > 1.001 * reach + 2.0 * skin_of(c, x)
+    return wp.where(far, 1, 0)
+
+
+@wp.func
 def next_touch(colliders: wp.array2d[Collider], span: Span, f: Flight) -> Touch:
     """Return a flight's first touch of all."""
     first = Touch()
     first.t = NEVER
+    reach = (wp.length(f.w) + 0.5 * wp.length(f.a) * f.left) * f.left
     for k in range(colliders.shape[1]):
+        if out_of_reach(colliders[span.moment, k], f.x, reach) == 1:
+            continue
         if (f.held != k + 1 and f.held_too != k + 1) or follows(colliders[span.moment, k]) == 0:
             touch = touch_one(colliders, span, k, f)
             if touch.t <= f.left and touch.t < first.t:

@@ -9,6 +9,7 @@ from warpsim import Scene, Simulation
 from warpsim.kernels import collider, contact, response
 from warpsim.kernels.clearance import CLEARANCES, SKIN, measure_clearance, measure_gap
 from warpsim.kernels.collider import Collider
+from warpsim.kernels.collision import out_of_reach
 from warpsim.kernels.contact import Touch, touch_collider
 
 SOLIDS = {
@@ -48,6 +49,12 @@ def measure_all(c: Collider, q: wp.array[wp.vec3], g_out: wp.array[float], bound
 def touch_all(c: Collider, q: wp.array[wp.vec3], w: wp.array[wp.vec3], a: wp.array[wp.vec3], skin: float, touch_out: wp.array[Touch]):
     i = wp.tid()
     touch_out[i] = touch_collider(c, q[i], w[i], a[i], wp.static(DURATION), skin)
+
+
+@wp.kernel
+def note_out_of_reach(c: Collider, q: wp.array[wp.vec3], w: wp.array[wp.vec3], a: wp.array[wp.vec3], out_out: wp.array[int]):
+    i = wp.tid()
+    out_out[i] = out_of_reach(c, q[i], (wp.length(w[i]) + 0.5 * wp.length(a[i]) * wp.static(DURATION)) * wp.static(DURATION))
 
 
 def measured(solid: dict, points: np.ndarray, device) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -98,6 +105,24 @@ def test_first_touches_match_a_search(kind, side, device, rng):
         assert found[k]["t"] == pytest.approx(t, abs=(3 * skin + 2e-6) / max(into, 0.05)), k
         assert -skin < reference.gap(solid, found[k]["q"]) < 2 * skin
     assert hits > 8
+
+
+@each_side
+def test_who_is_out_of_reach_is_not_touched(kind, side, device, rng):
+    """A contact leaves such solids out. Ways begin at all distances up to many times their length, and lead anywhere."""
+    solid = SOLIDS[kind] | {"side": side}
+    q = rng.uniform(-1.0, 1.0, (4000, 3)) * (0.4 if side == "inside" else 1.5)
+    speeds = rng.choice([0.02, 0.3, 3.0], (4000, 1))
+    w, a = rng.normal(size=q.shape) * speeds, rng.normal(size=q.shape) * speeds * rng.choice([0.1, 5.0], (4000, 1))
+    w[::2] = -q[::2] * speeds[::2]  # half of them straight for it
+    arrays = [wp.array(x, dtype=wp.vec3, device=device) for x in (q, w, a)]
+    touches, out = wp.zeros(len(q), dtype=Touch, device=device), wp.zeros(len(q), dtype=int, device=device)
+    one = row(solid, rotation=wp.quat_identity())
+    wp.launch(touch_all, len(q), [one, *arrays, SKIN * 2.0, touches], device=device)
+    wp.launch(note_out_of_reach, len(q), [one, *arrays, out], device=device)
+    touched, left_out = touches.numpy()["t"] <= DURATION, out.numpy() == 1
+    assert not (touched & left_out).any()
+    assert touched.sum() > 100 and (left_out.sum() > 100) != (side == "inside" and kind != "box")  # round rooms are never left out
 
 
 def test_every_kind_has_a_clearance():
