@@ -108,7 +108,8 @@ def make_page(files: list[Path], page: Path | None) -> None:
     write_rows(rows, page.with_suffix(".jsonl"))
     picture = page.parent / "images" / "scaling.png"
     picture.parent.mkdir(exist_ok=True)
-    put_between(page, markdown(rows, "images/scaling.png" if draw_scaling(rows, picture) else None))
+    draw_scaling(rows, picture)
+    put_between(page, markdown(rows, "images/scaling.png"))
 
 
 def main() -> None:

@@ -115,7 +115,7 @@ def markdown(rows: list[dict], picture: str | None = None) -> str:
     """Return the part of docs/performance.md that is measured; `picture`: where the picture of scaling lies, seen from the page."""
     framed, others = split(rows)
     parts = [head(rows), table_of(HEADER, framed), what_was_done(framed), table_of(HEADER_ALONE, others), what_was_done(others)]
-    if picture:
+    if picture and any(row["kind"] == "point" for row in rows):
         parts.append(f"![cost of one among a thousand and among ten million]({picture})")
     return "\n\n".join(part for part in parts if part)
 
