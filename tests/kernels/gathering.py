@@ -3,10 +3,11 @@
 import numpy as np
 import warp as wp
 
+from tests.simulation.stages import carry_out
 from warpsim.kernels import emission
 from warpsim.kernels.emission import ACTIVE
 from warpsim.kernels.grid import Grid, bucket_at, finite, layout_for
-from warpsim.launch import FrameGraph, Stage
+from warpsim.launch import Stage
 from warpsim.population import FIELDS, Population
 from warpsim.systems.neighbors import Neighbors
 
@@ -43,9 +44,7 @@ def gather(points: np.ndarray, reach: float, device="cpu", native=True, cores=1,
     native = native and device == "cpu"
     stages = [Stage("mark", mark_points, population.capacity, (population.counters, population.field("position"), neighbors.grid))]
     stages += [*neighbors.stages(native), *(more(neighbors) if more else ())]
-    graph = FrameGraph(stages, device, cores, native)
-    graph.run(10**9)  # enough for all cores, however few the points
-    wp.synchronize_device(device)
+    carry_out(stages, device, cores, native)
     return neighbors
 
 

@@ -10,8 +10,8 @@ from tests.reference import cloth as wind
 from tests.reference import springs as twin
 from tests.reference import tearing
 from tests.simulation.networks import accelerations, network, simulate, state, tangle
+from tests.simulation.stages import carry_out
 from warpsim import Simulation
-from warpsim.launch import FrameGraph
 from warpsim.networks import Net, edges_of, network_of
 
 SHEET = {"type": "cloth", "resolution": [7, 5], "edges": [[0.6, 0, 0], [0, -0.4, 0]], "density": 0.3, "structural": {"stiffness": 20.0}}
@@ -101,7 +101,7 @@ def blown(sim) -> np.ndarray:
     """What the wind alone does to each point (n, 3) [m/s²]."""
     system = sim.systems["s"]
     system.internal.zero_()
-    FrameGraph([*system._wind.stages(), *system.wind(0)], "cpu", 1, True).run(0)
+    carry_out([*system._wind.stages(), *system.wind(0)])
     return system.internal.numpy()[:, :35].T.copy()
 
 

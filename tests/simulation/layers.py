@@ -3,8 +3,8 @@
 import numpy as np
 
 from tests.simulation.networks import network
+from tests.simulation.stages import carry_out
 from warpsim import Simulation
-from warpsim.launch import FrameGraph
 from warpsim.systems.parts import SelfCollision
 
 FLOOR = {"type": "plane", "center": [0, -0.62, 0], "friction": 0.5, "restitution": 0}
@@ -57,7 +57,7 @@ class Crumpled:
         """Run stages of the part's hooks, by name, and return places and velocities."""
         stages = [stage for hook in hooks for stage in getattr(self.part, hook)(0)]
         self.system.native = self._native
-        FrameGraph(stages, "cpu", self._threads, self._native).run(1 << 30 if self._threads > 1 else 0)
+        carry_out(stages, cores=self._threads, native=self._native)
         return tuple(self.system.population.host(key).T.astype(float) for key in ("position", "velocity"))
 
     @property

@@ -1,10 +1,9 @@
 """Scenes of networks for tests, built in Python as a user would: one system `s`."""
 
 import numpy as np
-import warp as wp
 
 import warpsim
-from warpsim.launch import FrameGraph
+from tests.simulation.stages import carry_out
 
 
 def network(type="springs", gravity=(0, 0, 0), fps=60, substeps=4, prewarm=0.0, more=None, **system) -> warpsim.Scene:
@@ -38,6 +37,5 @@ def state(sim, name="s") -> tuple[np.ndarray, np.ndarray]:
 def accelerations(sim) -> np.ndarray:
     """What acts within the network `s` at the present moment, asked of its own stages, float64 (n, 3) [m/s²]."""
     system = sim.systems["s"]
-    FrameGraph(list(system.forces(0)), sim.device, 1, True).run(0)
-    wp.synchronize_device(sim.device)
+    carry_out(system.forces(0), sim.device)
     return system.internal.numpy()[:, : len(system.net.points)].T.astype(float)
