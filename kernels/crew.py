@@ -9,11 +9,12 @@ import warp as wp
 from warpsim.kernels.snippets import snippet
 
 LINE = 16  # ints to a cache line, so that words that different cores write are apart
-ROUND, SLEEPERS, FINISHED, AWAITED, LEADER_SLEEPS, QUIT, OPENS, UNDER_WAY = (LINE * k for k in range(8))  # words of the board
-BOARD = LINE * 8
-# Words of an order; of one that is done [ns] at work, and [ns] in all; whether a thread takes such orders.
-GIVEN, STATE, MEETING, NUMBER, FAILED, WORKED, TAKEN, HIRED = range(8)
-ORDER = 8
+ROUND, FINISHED, AWAITED, LEADER_SLEEPS, QUIT, OPENS, UNDER_WAY = (LINE * k for k in range(7))  # words of the board
+BOARD = LINE * 7
+# Words of an order: the round that it is for; of one that is done [ns] at work, and [ns] in all; whether a thread takes such orders, and
+# sleeps until there is one.
+GIVEN, STATE, MEETING, NUMBER, FAILED, WORKED, TAKEN, HIRED, SLEEPS = range(9)
+ORDER = 16  # two cache lines
 REPLAY, GIVE_WAY, SLEEP, WAKE, CLOCK, GET_PLACE, SET_PLACE = range(7)  # addresses
 CALLS = 7
 ABANDONED = 2 * LINE  # the word of a barrier that a failing core sets
@@ -76,7 +77,7 @@ PREAMBLE = """
         order[@TAKEN@] = (word)(1000000000LL * (taken[2] - taken[0]) + taken[3] - taken[1]); }
 """
 
-NAMES = """ROUND SLEEPERS FINISHED AWAITED LEADER_SLEEPS QUIT OPENS UNDER_WAY GIVEN STATE MEETING NUMBER FAILED WORKED TAKEN HIRED
+NAMES = """ROUND FINISHED AWAITED LEADER_SLEEPS QUIT OPENS UNDER_WAY GIVEN STATE MEETING NUMBER FAILED WORKED TAKEN HIRED SLEEPS
 ORDER ABANDONED REPLAY GIVE_WAY SLEEP WAKE CLOCK GET_PLACE SET_PLACE"""
 MACROS = "CALL SLEEP_ON WAKE_ALL FUTEX REST TURN OWN_TIME ALL_TIME NOW CARRY_OUT"
 
@@ -96,11 +97,13 @@ LEAD = """
         b[@OPENS@] = b[@FINISHED@] = 0;
         b[@UNDER_WAY@] = 1;
         const wp::int32 now = b[@ROUND@] + 1;
-        for (int k = 1; k < orders.shape[0]; ++k) {  // who has no order may wake late, and then find the next one: it is of another round
-            if (orders.data[k * @ORDER@ + @GIVEN@]) orders.data[k * @ORDER@ + @NUMBER@] = (word)now;
+        __atomic_store_n(b + @ROUND@, now, __ATOMIC_RELAXED);
+        for (int k = 1; k < orders.shape[0]; ++k) {  // whom it is not about sleeps on: awake it would want a core that is taken
+            word* its = orders.data + k * @ORDER@;
+            if (!its[@GIVEN@] && !(b[@QUIT@] && its[@HIRED@])) continue;
+            __atomic_store_n((wp::int32*)(its + @NUMBER@), now, __ATOMIC_SEQ_CST);
+            if (__atomic_load_n(its + @SLEEPS@, __ATOMIC_SEQ_CST)) { WAKE_ALL((wp::int32*)(its + @NUMBER@)) }
         }
-        __atomic_store_n(b + @ROUND@, now, __ATOMIC_SEQ_CST);
-        if (__atomic_load_n(b + @SLEEPERS@, __ATOMIC_SEQ_CST)) { WAKE_ALL(b + @ROUND@) }
         if (order[@GIVEN@]) {
             wp::uint64 home[16] = {};
             bool moved = ((word*)place)[0] && CALL[@GET_PLACE@] && ((placing)CALL[@GET_PLACE@])(0, 128, home) >= 0;
@@ -130,24 +133,23 @@ def open_round(board: wp.array[int], orders: wp.array2d[wp.uint64], place: wp.ui
 
 FOLLOW = """
     wp::int32* b = board.data;
-    volatile word* order = orders.data + part * @ORDER@;
-    wp::int32 seen = __atomic_load_n(b + @ROUND@, __ATOMIC_ACQUIRE);
-    const bool second = __atomic_exchange_n(orders.data + part * @ORDER@ + @HIRED@, (word)1, __ATOMIC_ACQ_REL);
+    word* order = orders.data + part * @ORDER@;
+    wp::int32* number = (wp::int32*)(order + @NUMBER@);
+    wp::int32 seen = __atomic_load_n(number, __ATOMIC_ACQUIRE);
+    const bool second = __atomic_exchange_n(order + @HIRED@, (word)1, __ATOMIC_ACQ_REL);
     while (!second) {
         wp::int32 now = seen;
         for (int turn = 0; turn < 2100 && now == seen; ++turn) {
             if (turn < 2000) { REST } else { TURN }
-            now = __atomic_load_n(b + @ROUND@, __ATOMIC_ACQUIRE);
+            now = __atomic_load_n(number, __ATOMIC_ACQUIRE);
         }
         if (now == seen) {
-            __atomic_add_fetch(b + @SLEEPERS@, 1, __ATOMIC_SEQ_CST);
-            if (__atomic_load_n(b + @ROUND@, __ATOMIC_SEQ_CST) == seen) { SLEEP_ON(b + @ROUND@, seen, 1000) }
-            __atomic_sub_fetch(b + @SLEEPERS@, 1, __ATOMIC_SEQ_CST);
-            continue;
+            __atomic_store_n(order + @SLEEPS@, (word)1, __ATOMIC_SEQ_CST);
+            while ((now = __atomic_load_n(number, __ATOMIC_SEQ_CST)) == seen) { SLEEP_ON(number, seen, 1000) }
+            __atomic_store_n(order + @SLEEPS@, (word)0, __ATOMIC_SEQ_CST);
         }
         seen = now;
         if (b[@QUIT@]) break;
-        if (order[@NUMBER@] != (word)now) continue;  // of another round, for one who wakes late
         CARRY_OUT(order)
         if (__atomic_add_fetch(b + @FINISHED@, 1, __ATOMIC_SEQ_CST) == b[@AWAITED@]
             && __atomic_load_n(b + @LEADER_SLEEPS@, __ATOMIC_SEQ_CST)) { WAKE_ALL(b + @FINISHED@) }
