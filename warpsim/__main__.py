@@ -1,8 +1,6 @@
 """python -m warpsim VERB …"""
 
-import sys
-
-from warpsim.cli import main
+from warpsim.cli import live
 
 if __name__ == "__main__":
-    sys.exit(main())
+    live()

@@ -9,9 +9,12 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import warp as wp
+
+from warpsim.kernel_cache import ROOM, check_room, full_cache
 
 Report = Callable[[str], None]
 SECONDS = 1.4  # of one core for a module of a scene with its share of the headers, measured (docs/adr/0040-compiling-side-by-side.md)
@@ -33,8 +36,8 @@ def announced_compiling(report: Report) -> Iterator[None]:
 def load_modules(kernels: Iterable[wp.Kernel], device: wp.Device | str, core_count: int) -> None:
     """Make the modules of kernels ready on a device; those that no cache holds are compiled first, by so many cores.
 
-    Raises what Warp raises where a module cannot be compiled or read, and KeyboardInterrupt at once: what is being compiled then goes
-    into the cache all the same.
+    Raises what Warp raises where a module cannot be compiled or read, FullCache where the disk has no room for them, and KeyboardInterrupt
+    at once: what is being compiled then goes into the cache all the same, if the process lives on.
     """
     device = wp.get_device(device)
     kernels = list(kernels)
@@ -45,10 +48,21 @@ def load_modules(kernels: Iterable[wp.Kernel], device: wp.Device | str, core_cou
     absent = [module for module in modules if not (module.execs or is_cached(module, block_dim))]
     if absent:
         absent.sort(key=lambda module: -_size(module, block_dim))  # the longest first, so that no core ends alone
+        check_room(len(absent))
         with _told(absent, min(core_count, len(absent))):
-            _side_by_side([lambda module=module: module.load(device, block_dim) for module in absent], core_count)
+            _side_by_side([partial(_compile, module, device, block_dim) for module in absent], core_count)
     for module in modules:
         module.load(device, block_dim)
+
+
+def _compile(module: wp.Module, device: wp.Device, block_dim: int) -> None:
+    """Compile a module into the cache. Raises what Warp raises, and FullCache where the disk has filled meanwhile."""
+    try:
+        module.load(device, block_dim)
+    except OSError as error:
+        if error.filename is not None:
+            raise
+        raise full_cache(error, ROOM) from None
 
 
 def suit_gpu(kernels: Iterable[wp.Kernel]) -> None:

@@ -14,7 +14,7 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "scene": "",
     "files": "",
     "kernel_cache": "",
-    "compiling": "",
+    "compiling": "kernel_cache",
     "interruption": "",
     "meshes": "scene",
     "networks": "scene meshes",

@@ -108,6 +108,26 @@ def test_a_read_only_disk(folder, small_disk):
     assert result.returncode == 5 and "Read-only" in result.stderr and "Traceback" not in result.stderr
 
 
+@pytest.mark.cpu
+@pytest.mark.parametrize("size", [64, 3000])
+def test_full_disks_under_the_kernel_cache_and_its_substitute(folder, small_disk, size):
+    """Left alone, Python fails to write the source (64 KiB), or LLVM ends the process where it cannot write the code (3000)."""
+    cache, temporary = small_disk(size), small_disk(size)
+    more = {"WARP_CACHE_PATH": str(cache), "TMPDIR": str(temporary)}
+    result = warpsim("run", "sparks.yaml", "--viewer", "none", cwd=folder, **more)
+    assert result.returncode == 5 and f"{cache}" in result.stdout and "has no room left" in result.stdout, result.stderr
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(f"error: {temporary}") and "No space left on device" in line and "WARP_CACHE_PATH" in line
+    assert not list(cache.rglob("wp_*")) and not list(temporary.rglob("wp_*"))
+
+
+@pytest.mark.cpu
+def test_read_only_disks_under_the_kernel_cache(folder, small_disk):
+    more = {"WARP_CACHE_PATH": str(small_disk(64, "ro")), "TMPDIR": str(small_disk(64))}
+    result = warpsim("run", "sparks.yaml", "--viewer", "none", cwd=folder, **more)
+    assert result.returncode == 5 and "cannot be written" in result.stdout and len(result.stderr.splitlines()) == 1, result.stderr
+
+
 @pytest.mark.parametrize("out", ["sparks.yaml", "sparks.yaml/below"])
 def test_a_file_where_a_folder_is_expected(folder, out):
     result = warpsim("run", "sparks.yaml", "--viewer", "none", "--frames", 2, "--out", out, cwd=folder)

@@ -121,3 +121,41 @@ def test_other_errors_pass_through():
     with pytest.raises(ValueError, match="something else"):
         rebuilding(action, pytest.fail)
     assert len(tries) == 1
+
+
+def test_a_cache_without_room_is_replaced_once(monkeypatch, tmp_path):
+    """The room for a billion modules is asked for, of a real disk."""
+    import warp as wp
+
+    from warpsim.kernel_cache import FullCache, check_room, rebuilding
+
+    wp.init()
+    usual, notes = tmp_path / "usual", []
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr(wp.config, "kernel_cache_dir", str(usual))
+    counts = iter([10**9, 1])
+    rebuilding(lambda: check_room(next(counts)), notes.append)
+    assert len(notes) == 1 and f"the kernel cache {usual} has no room left: kernels are kept in {tmp_path}/warpsim-kernels-" in notes[0]
+    assert Path(wp.config.kernel_cache_dir).parent.parent == tmp_path and not list(usual.iterdir()), "the room was taken for a moment only"
+    with pytest.raises(FullCache, match="WARP_CACHE_PATH") as caught:
+        rebuilding(lambda: check_room(10**9), notes.append)
+    assert len(notes) == 2 and caught.value.filename == wp.config.kernel_cache_dir
+
+
+def test_a_disk_that_fills_while_kernels_compile(monkeypatch, tmp_path):
+    """What Warp raises then names no file, and would be taken for a full standard output."""
+    import errno
+
+    import warp as wp
+
+    from warpsim.compiling import _compile
+    from warpsim.kernel_cache import FullCache
+
+    class Module:
+        def load(self, device, block_dim):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(wp.config, "kernel_cache_dir", str(tmp_path))
+    with pytest.raises(FullCache, match="No space left on device") as caught:
+        _compile(Module(), wp.get_device("cpu"), 1)
+    assert caught.value.filename == str(tmp_path)

@@ -1,9 +1,11 @@
 """The command line: `python -m warpsim VERB`, one small module per verb. None imports Warp, NumPy or the viewer before it needs them."""
 
+import atexit
 import os
 import signal
 import sys
-from typing import Annotated
+from contextlib import suppress
+from typing import Annotated, NoReturn
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -14,6 +16,22 @@ def main(arguments: list[str] | None = None) -> int:
 
     # Not typer's standalone mode: it would turn Ctrl-C into exit code 1. This way a verb's return value is the exit code.
     return exit_code_of(lambda: _application()(args=arguments, prog_name="warpsim", standalone_mode=False))
+
+
+def live() -> NoReturn:
+    """Be a process that runs the command line, to its end.
+
+    What is due at an end is done, but nothing is taken apart: that costs half a second (two and more on a busy machine), and would wait
+    for compilers that an interrupted run has left at work.
+    """
+    code = main()
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError, ValueError):  # main has told by its code where standard output takes nothing
+            stream.flush()
+    with suppress(OSError):  # a compiler that is at work misses its precompiled header from here on, and need not say so
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+    atexit._run_exitfuncs()
+    os._exit(code)
 
 
 def _leave(number: int, frame) -> None:

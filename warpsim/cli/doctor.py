@@ -83,7 +83,9 @@ def check_warp() -> Iterator[Finding]:
 
 def held(folder: Path) -> str:
     """Return how many modules of kernels a cache holds, and how large they are."""
-    modules = [place for place in folder.glob("wp_*") if place.is_dir()]
+    from warpsim.kernel_cache import BUILDING
+
+    modules = [place for place in folder.glob("wp_*") if place.is_dir() and not BUILDING.fullmatch(place.name)]
     size = sum(file.stat().st_size for place in modules for file in place.glob("*"))
     return f"{len(modules)} modules, {size / 2**20:.0f} MiB" if modules else "empty: the first run of a scene compiles its kernels"
 

@@ -4,8 +4,8 @@ import json
 import os
 import sys
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from enum import IntEnum
 from pathlib import Path
 
@@ -31,6 +31,15 @@ class Failure(Exception):
         self.code = code
 
 
+@contextmanager
+def interruption_told() -> Iterator[None]:
+    """Turn KeyboardInterrupt into words and an exit code; some versions of typer take it for themselves and say nothing."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise Failure(Exit.INTERRUPTED, "interrupted") from None
+
+
 def exit_code_of(action: Callable[[], object]) -> int:
     """Run an action that returns an exit code or None, and return the exit code, whatever happens in it."""
     _open_streams()
@@ -46,7 +55,7 @@ def exit_code_of(action: Callable[[], object]) -> int:
         _abandon_output()
         return Exit.INPUT_OUTPUT
     except Failure as failure:
-        return _said(failure.code, f"error: {failure}")
+        return _said(failure.code, str(failure) if failure.code == Exit.INTERRUPTED else f"error: {failure}")
     except OSError as error:
         if error.filename is None:  # files are named: this was standard output, as on a full disk
             _abandon_output()

@@ -4,7 +4,7 @@ import sys
 import time
 from pathlib import Path
 
-from warpsim.cli.outcome import Exit, Failure, print_json
+from warpsim.cli.outcome import Exit, Failure, interruption_told, print_json
 from warpsim.cli.progress import PlainLines
 from warpsim.cli.scenes import WATCH_PERIOD, SceneFile
 from warpsim.interruption import Interruption
@@ -20,7 +20,7 @@ EXITS = {"done": Exit.OK, "interrupted": Exit.INTERRUPTED, "unstable": Exit.UNST
 
 def run_session(source: SceneFile, settings: Settings, audience: PlainLines, watch: bool, json: bool) -> Exit:
     """Run the scene, again after every edit if it is watched, and return the exit code."""
-    with Interruption() as stop:
+    with interruption_told(), Interruption(audience.note) as stop:
         scene = source.load()
         with source.placing():
             outcome = _run_once(scene, settings, audience, stop)
@@ -42,7 +42,7 @@ def show_session(folder: Path, showing: Showing, audience: PlainLines) -> Exit:
     from warpsim.replay import NoRun
     from warpsim.screening import show_run
 
-    with Interruption() as stop:
+    with interruption_told(), Interruption(audience.note) as stop:
         try:
             kind, report = show_run(folder, showing, audience, stop)
         except (NoRun, NoPicture) as error:

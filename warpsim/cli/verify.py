@@ -20,7 +20,7 @@ def verify(
     json: JSON = False,
 ) -> int:
     """Measure what scenes state about themselves (verify:), and say PASS or FAIL."""
-    from warpsim.cli.outcome import Exit, Failure, print_json
+    from warpsim.cli.outcome import Exit, Failure, interruption_told, print_json
     from warpsim.cli.scenes import found
 
     if not DEVICE.fullmatch(device):
@@ -30,7 +30,7 @@ def verify(
     from warpsim.interruption import Interruption
 
     results, cores = [], thread_count(threads, PlainLines(sys.stderr).note)
-    with Interruption():
+    with interruption_told(), Interruption():
         for text, path in zip(scenes, paths, strict=True):
             results.append(_examined(text, path, overrides or [], seed, device, cores, PlainLines(sys.stderr)))
             if not json:
