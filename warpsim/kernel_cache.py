@@ -2,7 +2,7 @@
 
 Warp keeps compiled kernels in a folder per module (`wp_NAME_HASH`) and trusts what it finds there: a file cut short by a power cut makes
 every later run fail, and a folder that cannot be written is a raw error (measured with Warp 1.19). Each thread builds in a folder
-of its own (`wp_NAME_HASH_pPROCESS_tTHREAD`), which is renamed when it is complete: what a killed process leaves there is room lost and nothing else.
+of its own (`wp_NAME_HASH_pPROCESS_tTHREAD`), which is renamed when it is complete: what a killed process leaves there is lost room.
 """
 
 import errno
@@ -23,7 +23,7 @@ Report = Callable[[str], None]
 ROOM = 2 * 2**20  # bytes of disk for a module while it is built: the largest of warpsim's takes 1.3 MB, source and code
 STALE = 3600.0  # s after which nobody builds in a folder any more; whether the process lives cannot be told across containers
 BUILDING = re.compile(r"wp_.+_p\d+_t\d+")
-HEADERS = re.compile(r"wp_pch_\w{8}")  # in the temporary folder, 20 MB for each thread that compiled; swept after a day
+HEADERS = re.compile(r"wp_pch_\w{8}")  # in the temporary folder, 5 MB for each thread that compiled; swept after a day
 
 
 class FullCache(OSError):
