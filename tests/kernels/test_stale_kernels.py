@@ -37,7 +37,7 @@ sim.run(0.1)
 parts = {name: (p.position, p.velocity, p.mass) for name, p in ((name, sim.frame()[name]) for name in sim.frame())}
 print(json.dumps({name: hashlib.blake2b(b"".join(a.tobytes() for a in arrays)).hexdigest() for name, arrays in parts.items()}))
 """
-LOOP = "flow(2 * s); force(2 * s); EACH(PUT(V, $kick(GET(V), GET(U), GET(A), k, {step}))"
+LOOP = "flow(2 * s); force(2 * s); EACH(PUT(V, KICK(GET(V), GET(U), GET(A), k, {step}))"
 ORDER = [f'"{kind}": sample_{kind},' for kind in ("uniform", "source")]
 EDITS = {  # what changes then, and the edits (file, old, new): they meet the cache of the unedited code
     "formulas": (
