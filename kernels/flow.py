@@ -97,6 +97,7 @@ FLOWS = {
     "expression": sample_expression,
     "grid": sample_grid,
 }
+LONG_FLOWS = ("curl_noise", "expression", "grid")  # two thirds of a native loop's code are theirs
 
 
 @wp.func

@@ -6,6 +6,8 @@ before the snippet and counted in the module's hash. No fast-math: IEEE arithmet
 vector width and for the plain kernels. Empty for CUDA. Measured in docs/adr/0003-native-loops.md.
 """
 
+from functools import cache
+
 import warp as wp
 
 from warpsim.kernels.advance import AMONG_COLLIDERS, LOOPS, advance_flight, living_step, store_body
@@ -17,7 +19,7 @@ from warpsim.kernels.emission import ACTIVE, Particles
 from warpsim.kernels.encounter import meet_colliders
 from warpsim.kernels.environment import Environment, drag_rate
 from warpsim.kernels.expression_loops import BLOCK_FORMULAS, EXPRESSION_BLOCK
-from warpsim.kernels.flow import FLOWS
+from warpsim.kernels.flow import FLOWS, LONG_FLOWS
 from warpsim.kernels.forces import FORCES
 from warpsim.kernels.integration import KIT, Pace, ballistic_position, drift, felt_time, inside, push
 from warpsim.kernels.lifetime import age_at
@@ -28,10 +30,10 @@ from warpsim.kernels.snippets import share, snippet
 WHOLE_BLOCKS = {"sample_expression": EXPRESSION_BLOCK}  # formulas that have loops of their own
 
 
-def cases(formulas, macro, row="q"):
-    """Write a switch over kinds, so that the kind is decided once per block and not per particle."""
+def cases(formulas, macro, row="q", without=()):
+    """Write a switch over kinds, so that the kind is decided once per block and not per particle; some formulas may be left out."""
     loops = (WHOLE_BLOCKS.get(f.func.__name__) or f"{macro}(${f.func.__name__}({row}, x))" for f in formulas)
-    return " ".join(f"case {kind}: {loop} break;" for kind, loop in enumerate(loops))
+    return " ".join(f"case {kind}: {loop} break;" for kind, (f, loop) in enumerate(zip(formulas, loops, strict=True)) if f not in without)
 
 
 PROLOGUE = """
@@ -193,8 +195,8 @@ FORMULAS += (*BLOCK_FORMULAS, *vars(KIT.glides).values(), KIT.whole_step)
 CONTACT_FORMULAS = (*CLEARANCES.values(), into_frame, path_reach, meet_colliders)  # among colliders besides
 
 
-def advance_text(loop: str) -> str:
-    """Assemble the loop of one method, free or among colliders."""
+def advance_text(loop: str, long_flows: tuple[str, ...]) -> str:
+    """Assemble the loop of one method, free or among colliders, with those of the long flows that are felt."""
     name, among = loop.removesuffix(AMONG_COLLIDERS), loop.endswith(AMONG_COLLIDERS)
     feel, step = TEXTS[name]
     text = PROLOGUE + feel.replace("(m)", "(2 * pace.first)") + SUBSTEPS + step + (CONTACTS if among else "") + EPILOGUE
@@ -204,16 +206,24 @@ def advance_text(loop: str) -> str:
         text = text.replace(place, part.replace("PAST", str(past)) if past else DECLARATIONS if place == "MEMORY" else "")
     text = text.replace("FEEL_AGAIN", feel.replace("(m)", "(2 * s + 2)"))
     text = text.replace("FORCE_LAMBDA", FORCE_LAMBDA if "force(" in step else "")  # a tracer's plain loop calls no force
-    text = text.replace("FLOW_CASES", cases(FLOWS.values(), "FLOW")).replace("FORCE_CASES", cases(FORCES.values(), "FORCE"))
+    left_out = [FLOWS[name] for name in LONG_FLOWS if name not in long_flows]
+    text = text.replace("FLOW_CASES", cases(FLOWS.values(), "FLOW", without=left_out))
+    text = text.replace("FORCE_CASES", cases(FORCES.values(), "FORCE"))
     text = text.replace("NEAR_CASES", cases(CLEARANCES.values(), "NEAR", "c"))
     formulas = (*FORMULAS, *(CONTACT_FORMULAS if among else ()))
     return snippet(text.replace("\n    #define", "\n#define"), *formulas) + "".join(f"#undef {macro}\n" for macro in MACROS)
 
 
-def advance_loop(name, loop):
-    """Make the native loop kernel of one method."""
+@cache
+def advance_loops(name: str, long_flows: tuple[str, ...]) -> tuple[wp.Kernel, wp.Kernel]:
+    """Make the native loop kernels of a method in LOOPS: what moves, and what moves and removes; they are a module of their own.
 
-    @wp.func_native(advance_text(name))
+    long_flows: those of LONG_FLOWS that are felt, in that order; what is not felt is not compiled.
+    """
+    loop = LOOPS[name]
+    module = ".".join(("warpsim.kernels.loops", *long_flows, name))
+
+    @wp.func_native(advance_text(name, long_flows))
     def advance_range(
         begin: int,
         end: int,
@@ -228,7 +238,7 @@ def advance_loop(name, loop):
             body = loop(i, frame, pace, environment, particles, counters)
             store_body(i, frame, body, pace, environment, particles, counters)
 
-    @wp.kernel(name=f"advance_{name}_loop", module=f"warpsim.kernels.loops.{name}", enable_backward=False)
+    @wp.kernel(name=f"advance_{name}_loop", module=module, enable_backward=False)
     def advance_particles(
         part: int,
         part_count: int,
@@ -242,7 +252,7 @@ def advance_loop(name, loop):
         cut = share(part + wp.tid(), part_count, int(counters_inout[ACTIVE]))
         advance_range(cut[0], cut[1], int(clock[0]), pace, environment[0], particles_inout, counters_inout)
 
-    @wp.kernel(name=f"advance_{name}_and_remove", module=f"warpsim.kernels.loops.{name}", enable_backward=False)
+    @wp.kernel(name=f"advance_{name}_and_remove", module=module, enable_backward=False)
     def advance_and_remove(
         part: int,
         part_count: int,
@@ -270,10 +280,6 @@ def advance_loop(name, loop):
 
     return advance_particles, advance_and_remove
 
-
-KERNELS = {name: advance_loop(name, loop) for name, loop in LOOPS.items()}
-ADVANCE = {name: advance for name, (advance, _) in KERNELS.items()}
-ADVANCE_AND_REMOVE = {name: both for name, (_, both) in KERNELS.items()}
 
 FLIGHT = """
     const int S = particles.position.shape[1];

@@ -205,6 +205,8 @@ class Surroundings:
     def __init__(self, environment: Environment, felt: tuple, moment_count: int, spacing: float, start_time=None):
         device, (row, flow_rows, force_rows, collider_rows) = environment.device, felt
         self.start_time = environment.start_time if start_time is None else start_time
+        felt_kinds = {list(flow.FLOWS)[row.kind] for row in flow_rows}
+        self.long_flows = tuple(name for name in flow.LONG_FLOWS if name in felt_kinds)
         self._signals, self._moment_count, self._spacing = environment.signals, moment_count, spacing
         self._flow = wp.array(flow_rows, dtype=FlowPrimitive, device=device)
         self._forces = wp.array(force_rows, dtype=forces.ForceField, device=device)

@@ -1,6 +1,7 @@
 """The command line: `python -m warpsim VERB`, one small module per verb. None imports Warp, NumPy or the viewer before it needs them."""
 
 import atexit
+import gc
 import os
 import signal
 import sys
@@ -12,6 +13,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command line (default: sys.argv) and return its exit code, see `warpsim.cli.outcome.Exit`."""
     if arguments is None:
         signal.signal(signal.SIGINT, _leave)
+        gc.set_threshold(*_RARELY)
     from warpsim.cli.outcome import exit_code_of
 
     # Not typer's standalone mode: it would turn Ctrl-C into exit code 1. This way a verb's return value is the exit code.
@@ -67,6 +69,7 @@ def _application():
     return app
 
 
+_RARELY = (100_000, 20, 20)  # as Python has it, a third of what loading Warp and the kernels takes were searches for garbage in them
 _HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
 
 

@@ -4,7 +4,6 @@ from typing import ClassVar, final
 
 import warp as wp
 
-from warpsim.environment import Surroundings
 from warpsim.integrators.base import Integrator
 from warpsim.kernels import advance, loops
 
@@ -18,6 +17,6 @@ class Ballistic(Integrator):
     evaluations: ClassVar[int] = 0
 
     @classmethod
-    def kernels(cls, surroundings: Surroundings) -> tuple[wp.Kernel, wp.Kernel]:
+    def kernels(cls, among_colliders: bool, long_flows: tuple[str, ...]) -> tuple[wp.Kernel, wp.Kernel]:
         """Return the plain kernel and the native loop."""
         return advance.advance_ballistic, loops.advance_ballistic

@@ -34,12 +34,12 @@ class Integrator(ABC):
         cls.damped_order = cls.__dict__.get("damped_order", cls.order)
 
     @classmethod
-    def kernels(cls, among_colliders: bool) -> tuple[wp.Kernel, wp.Kernel]:
-        """Return the plain kernel and the native loop for who moves freely, or among colliders."""
+    def kernels(cls, among_colliders: bool, long_flows: tuple[str, ...]) -> tuple[wp.Kernel, wp.Kernel]:
+        """Return the plain kernel and the native loop for who moves freely, or among colliders. `long_flows` are felt."""
         name = cls.name + (advance.AMONG_COLLIDERS if among_colliders else "")
-        return advance.ADVANCE[name], loops.ADVANCE[name]
+        return advance.ADVANCE[name], loops.advance_loops(name, long_flows)[0]
 
     @classmethod
-    def removing_loop(cls, among_colliders: bool) -> wp.Kernel:
+    def removing_loop(cls, among_colliders: bool, long_flows: tuple[str, ...]) -> wp.Kernel:
         """Return the native loop that removes the expired as well."""
-        return loops.ADVANCE_AND_REMOVE[cls.name + (advance.AMONG_COLLIDERS if among_colliders else "")]
+        return loops.advance_loops(cls.name + (advance.AMONG_COLLIDERS if among_colliders else ""), long_flows)[1]

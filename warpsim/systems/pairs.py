@@ -43,7 +43,7 @@ class PairForces:
         The advance adds `internal` to the other accelerations. Where the method splits it off, what the neighbors do is half a kick
         before and after each substep; the two that meet between substeps are one.
         """
-        split, (plain, loop) = method.splits_pairs, method.kernels(surroundings.has_colliders)
+        split, (plain, loop) = method.splits_pairs, method.kernels(surroundings.has_colliders, surroundings.long_flows)
         count, counters, capacity = self.pace.substep_count, self.population.counters, self.population.capacity
         signals, start_time = self._environment.signals, self._environment.start_time
         yield Stage("environment", pairwise.sample_pair_laws, count + 1, (start_time, self.pace.dt, signals, self._laws, self._table))

@@ -95,7 +95,7 @@ class Particles:
         yield from self.emission.stages(self.newborn, lifecycle_loops.emit_particles)
         yield from self.events.stages(native, self.newborn, "birth")
         if native and self._removes_at_once:
-            loop = self.method.removing_loop(self.surroundings.has_colliders)
+            loop = self.method.removing_loop(self.surroundings.has_colliders, self.surroundings.long_flows)
             relay = wp.zeros(RELAY, dtype=int, device=self.population.device)
             inputs = (self.pace, self._clock, self.surroundings.row, self.particles, self.population.counters, self.population.slab, relay)
             yield Stage("advance, remove", loop, self.population.capacity, inputs, loop, turns=True)
@@ -121,7 +121,7 @@ class Particles:
             inputs = (self.care, self.pace, self._clock, self.surroundings.row, self.particles, self.population.counters)
             yield Stage("advance", plain, self.population.capacity, inputs, loop)
             return
-        plain, loop = self.method.kernels(self.surroundings.has_colliders)
+        plain, loop = self.method.kernels(self.surroundings.has_colliders, self.surroundings.long_flows)
         states = (self.newborn, self.particles) if self.newborn is not self.particles else (self.particles,)
         inputs = (self.pace, self._clock, self.surroundings.row, *states, self.population.counters)
         yield Stage("advance", plain, self.population.capacity, inputs, loop)

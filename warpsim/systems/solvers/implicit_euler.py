@@ -86,7 +86,7 @@ class ImplicitEuler(NetworkSolver):
         """Yield the stages of all substeps: what acts besides the springs, the linear system, its solution, contacts and pins."""
         system = self.system
         self._linear.start = system.start
-        plain, loop = SECOND_ORDER_FORM["semi_implicit_euler"].kernels(False)
+        plain, loop = SECOND_ORDER_FORM["semi_implicit_euler"].kernels(False, system.surroundings.long_flows)
         inputs = (system.pace.dt, system.surroundings.row, system.particles, self._weave.inertia)
         yield Stage("springs", implicit.sample_inertia, system.population.capacity, inputs)
         for s in range(system.pace.substep_count):

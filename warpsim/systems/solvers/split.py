@@ -65,7 +65,8 @@ class Split(NetworkSolver):
     def _advance(self, s: int) -> Stage:
         """Return the stage that moves every point through substep s; who is constrained afterwards meets colliders after that."""
         system = self.system
-        plain, loop = self._method.kernels(system.surroundings.has_colliders and not system.resolves)
+        felt = system.surroundings
+        plain, loop = self._method.kernels(felt.has_colliders and not system.resolves, felt.long_flows)
         inputs = (substep_of(system.pace, s), system.clock, system.surroundings.row, system.particles, system.population.counters)
         return Stage("advance", plain, system.population.capacity, inputs, loop, own=True)
 

@@ -63,7 +63,7 @@ class Xpbd(NetworkSolver):
     def _advance(self, s: int) -> Stage:
         """Return the stage that moves every point through substep s but for the springs, by the particles' own formulas."""
         system = self.system
-        plain, loop = self._move.kernels(False)
+        plain, loop = self._move.kernels(False, system.surroundings.long_flows)
         inputs = (substep_of(system.pace, s), system.clock, system.surroundings.row, system.particles, system.population.counters)
         return Stage("advance", plain, system.population.capacity, inputs, loop)
 
