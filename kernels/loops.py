@@ -6,8 +6,6 @@ before the snippet and counted in the module's hash. No fast-math: IEEE arithmet
 vector width and for the plain kernels. Empty for CUDA. Measured in docs/adr/0003-native-loops.md.
 """
 
-from functools import cache
-
 import warp as wp
 
 from warpsim.kernels.advance import AMONG_COLLIDERS, LOOPS, advance_flight, living_step, store_body
@@ -214,7 +212,6 @@ def advance_text(loop: str, long_flows: tuple[str, ...]) -> str:
     return snippet(text.replace("\n    #define", "\n#define"), *formulas) + "".join(f"#undef {macro}\n" for macro in MACROS)
 
 
-@cache
 def advance_loops(name: str, long_flows: tuple[str, ...]) -> tuple[wp.Kernel, wp.Kernel]:
     """Make the native loop kernels of a method in LOOPS: what moves, and what moves and removes; they are a module of their own.
 

@@ -1,11 +1,14 @@
 """What every integrator offers to a system."""
 
 from abc import ABC
+from functools import cache
 from typing import ClassVar
 
 import warp as wp
 
 from warpsim.kernels import advance, loops
+
+advance_loops = cache(loops.advance_loops)  # made when a scene first asks for them
 
 
 class Integrator(ABC):
@@ -37,9 +40,9 @@ class Integrator(ABC):
     def kernels(cls, among_colliders: bool, long_flows: tuple[str, ...]) -> tuple[wp.Kernel, wp.Kernel]:
         """Return the plain kernel and the native loop for who moves freely, or among colliders. `long_flows` are felt."""
         name = cls.name + (advance.AMONG_COLLIDERS if among_colliders else "")
-        return advance.ADVANCE[name], loops.advance_loops(name, long_flows)[0]
+        return advance.ADVANCE[name], advance_loops(name, long_flows)[0]
 
     @classmethod
     def removing_loop(cls, among_colliders: bool, long_flows: tuple[str, ...]) -> wp.Kernel:
         """Return the native loop that removes the expired as well."""
-        return loops.advance_loops(cls.name + (advance.AMONG_COLLIDERS if among_colliders else ""), long_flows)[1]
+        return advance_loops(cls.name + (advance.AMONG_COLLIDERS if among_colliders else ""), long_flows)[1]
