@@ -40,7 +40,7 @@ SEES = {  # room -> the rooms it may import besides its own; `warpsim` alone (th
     "directions": "",
     "signals": "kernels scene",
     "environment": "kernels scene grids images launch colliders directions signals",
-    "integrators": "kernels environment",
+    "integrators": "kernels",
     "systems": "kernels scene launch population environment integrators signals directions frame footprint meshes networks muscles "
     "stability weaves coloring flocks budget compiling keeping",
     "frame": "",
