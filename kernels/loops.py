@@ -212,15 +212,10 @@ def advance_text(loop: str, long_flows: tuple[str, ...]) -> str:
     return snippet(text.replace("\n    #define", "\n#define"), *formulas) + "".join(f"#undef {macro}\n" for macro in MACROS)
 
 
-def advance_loops(name: str, long_flows: tuple[str, ...]) -> tuple[wp.Kernel, wp.Kernel]:
-    """Make the native loop kernels of a method in LOOPS: what moves, and what moves and removes; they are a module of their own.
+def advance_loop(name, loop, module, text):
+    """Make the native loop kernels of one method, in a module of their own."""
 
-    long_flows: those of LONG_FLOWS that are felt, in that order; what is not felt is not compiled.
-    """
-    loop = LOOPS[name]
-    module = ".".join(("warpsim.kernels.loops", *long_flows, name))
-
-    @wp.func_native(advance_text(name, long_flows))
+    @wp.func_native(text)
     def advance_range(
         begin: int,
         end: int,
@@ -276,6 +271,14 @@ def advance_loops(name: str, long_flows: tuple[str, ...]) -> tuple[wp.Kernel, wp
             chunk = chunk + part_count
 
     return advance_particles, advance_and_remove
+
+
+def advance_loops(name: str, long_flows: tuple[str, ...]) -> tuple[wp.Kernel, wp.Kernel]:
+    """Make the native loop kernels of a method in LOOPS: what moves, and what moves and removes; they are a module of their own.
+
+    long_flows: those of LONG_FLOWS that are felt, in that order; what is not felt is not compiled.
+    """
+    return advance_loop(name, LOOPS[name], ".".join(("warpsim.kernels.loops", *long_flows, name)), advance_text(name, long_flows))
 
 
 FLIGHT = """
