@@ -88,6 +88,7 @@ class FrameGraph:
         self._meetings = {name: self._meetings_of(self._stages_of(name)) for name in self._companies}
         self._measured = Measured(self._companies)
         self._since = self._unseen = 0  # frames since the last thought about who does what, and since one core was timed
+        self._looked = False  # whether the last frame was one core's in order to be timed
         self._work = math.inf  # s of one core, as far as is known
         self._used: Plan | None = None
         self._loads: Mapping[str, int] = {}
@@ -202,12 +203,13 @@ class FrameGraph:
             return self._joint
         self._since += 1
         self._unseen = self._unseen + 1 if self._plan.shared else 0
-        thinks = self._since >= THOUGHTS or not self._measured.known and not self._plan.shared
+        thinks = self._since >= THOUGHTS or self._looked or not self._measured.known and not self._plan.shared
         if thinks and self._used is not None:
             self._since = 0
             self._think(before)
         looks = self._unseen >= UNSEEN * self.core_count**2 or thinks and not self._measured.known
         self._unseen = 0 if looks else self._unseen
+        self._looked = looks  # what was timed is gone a frame later
         return self._alone if looks else self._plan
 
     def _think(self, before: Mapping[str, int]) -> None:
